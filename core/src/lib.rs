@@ -1,0 +1,13 @@
+//! Bayesian Hilbert maps in fixed memory.
+//!
+//! One continuous function says, for every point of the plane, how likely it is occupied and how sure that is. It is
+//! learned scan by scan, exactly (full covariance within a tile), with a bounded number of operations and no memory but
+//! what the caller lends: no `std`, no `alloc`, no clock, no randomness, no I/O.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(any(test, feature = "reference"))]
+extern crate std;
+
+pub mod geometry;
+pub mod scan;

@@ -1,0 +1,1 @@
+//! bhm-firmware-sim
