@@ -9,5 +9,17 @@
 #[cfg(any(test, feature = "reference"))]
 extern crate std;
 
+pub mod basis;
+pub mod beam;
+pub mod em;
 pub mod geometry;
+pub mod kernel;
+pub mod lattice;
+pub mod mapper;
+pub mod posterior;
+pub mod profile;
+pub mod rule;
 pub mod scan;
+pub mod settings;
+pub mod support;
+pub mod tile;

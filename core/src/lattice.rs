@@ -1,0 +1,196 @@
+//! Where supports sit, in which order they are counted, and which `M` and `B` follow.
+//!
+//! The lattice is unbounded: every support has an integer node. A [`Window`] is the box of nodes that one tile holds, in
+//! lexicographic order, the last axis fastest: that order is what makes the information matrix banded.
+
+use crate::geometry::Point;
+
+/// Most nodes a stencil may have: 8² in the plane, 4³ in space.
+pub const MAX_STENCIL_NODES: usize = 64;
+
+/// Nodes further from the origin than this are refused: beyond it an `f32` no longer resolves a hundredth of a cell.
+pub const MAX_NODE: i32 = 1 << 17;
+
+/// A node of the lattice, counted in spacings from the origin along each axis.
+pub type Node<const D: usize> = [i32; D];
+
+/// Supports at `origin + spacing · node`, and the width of the stencil a point sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice<const D: usize> {
+    /// Where node 0 sits, metres.
+    pub origin_m: Point<D>,
+    /// Distance between neighbouring supports, metres.
+    pub spacing_m: f32,
+    /// Supports a side that a point sees, an even number.
+    pub stencil: usize,
+}
+
+/// The stencil that one point sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stencil<const D: usize> {
+    /// The node at the stencil's lowest corner.
+    pub first: Node<D>,
+    /// The point's displacement from that node, metres.
+    pub from_first_m: Point<D>,
+}
+
+impl<const D: usize> Lattice<D> {
+    /// The stencil of a point; `None` if the point is not finite or further than [`MAX_NODE`] nodes from the origin.
+    #[inline]
+    #[must_use]
+    pub fn stencil_at(&self, point_m: &Point<D>) -> Option<Stencil<D>> {
+        let cells = (point_m - self.origin_m) / self.spacing_m;
+        if !cells.iter().all(|c| c.abs() < MAX_NODE as f32) {
+            return None;
+        }
+        let below = self.stencil as i32 / 2 - 1;
+        let mut first = [0; D];
+        let mut from_first_m = Point::zeros();
+        for axis in 0..D {
+            let whole = floor(cells[axis]);
+            first[axis] = whole - below;
+            from_first_m[axis] = (cells[axis] - whole as f32 + below as f32) * self.spacing_m;
+        }
+        Some(Stencil { first, from_first_m })
+    }
+
+    /// Number of nodes of a stencil, `Sᴰ`.
+    #[must_use]
+    pub const fn stencil_nodes(&self) -> usize {
+        self.stencil.pow(D as u32)
+    }
+
+    /// Where a node sits, metres.
+    #[must_use]
+    pub fn position_m(&self, node: &Node<D>) -> Point<D> {
+        Point::from_fn(|axis, _| self.origin_m[axis] + node[axis] as f32 * self.spacing_m)
+    }
+}
+
+/// Greatest integer not above `x`, for |x| ≤ 2³⁰ (`f32::floor` needs `std`).
+#[inline]
+fn floor(x: f32) -> i32 {
+    let truncated = x as i32;
+    truncated - i32::from(x < truncated as f32)
+}
+
+/// Offsets of a stencil's (or window's) nodes from its first, in lexicographic order, the last axis fastest.
+#[inline]
+pub fn offsets<const D: usize>(width: [usize; D]) -> impl Iterator<Item = [usize; D]> {
+    let total: usize = width.iter().product();
+    let mut next = [0_usize; D];
+    (0..total).map(move |_| {
+        let current = next;
+        for axis in (0..D).rev() {
+            next[axis] += 1;
+            if next[axis] < width[axis] {
+                break;
+            }
+            next[axis] = 0;
+        }
+        current
+    })
+}
+
+/// A box of nodes and the order in which they are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window<const D: usize> {
+    /// The node at the lowest corner.
+    pub first: Node<D>,
+    /// Nodes along each axis.
+    pub width: [usize; D],
+}
+
+impl<const D: usize> Window<D> {
+    /// Number of supports, the `M` of the posterior over this window.
+    #[must_use]
+    pub fn supports(&self) -> usize {
+        self.width.iter().product()
+    }
+
+    /// The band `B` that holds every pair of one stencil: half-bandwidth `(S − 1)·(1 + W + …)`, and the diagonal.
+    #[must_use]
+    pub fn band(&self, stencil: usize) -> usize {
+        (stencil - 1) * self.strides().iter().sum::<usize>() + 1
+    }
+
+    /// How far apart in the order two neighbours along each axis are.
+    #[inline]
+    #[must_use]
+    pub fn strides(&self) -> [usize; D] {
+        let mut strides = [1; D];
+        for axis in (0..D.saturating_sub(1)).rev() {
+            strides[axis] = strides[axis + 1] * self.width[axis + 1];
+        }
+        strides
+    }
+
+    /// The index of a stencil's first node if the whole stencil lies in the window.
+    #[inline]
+    #[must_use]
+    pub fn index_of_whole(&self, first: &Node<D>, stencil: usize) -> Option<usize> {
+        let strides = self.strides();
+        let mut index = 0;
+        for axis in 0..D {
+            let at = first[axis] - self.first[axis];
+            if at < 0 || at as usize + stencil > self.width[axis] {
+                return None;
+            }
+            index += at as usize * strides[axis];
+        }
+        Some(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Every pair of one stencil, placed anywhere in the window, must lie in the band, and one pair must reach its edge.
+    fn band_is_exact<const D: usize>(width: [usize; D], stencil: usize) {
+        let window = Window { first: [0; D], width };
+        let strides = window.strides();
+        let mut widest = 0;
+        for corner in offsets(width.map(|w| w - stencil + 1)) {
+            let at: Vec<usize> = offsets([stencil; D])
+                .map(|o| (0..D).map(|axis| (corner[axis] + o[axis]) * strides[axis]).sum())
+                .collect();
+            let first = corner.map(|c| c as i32);
+            assert_eq!(window.index_of_whole(&first, stencil), at.first().copied());
+            widest = widest.max(at.iter().max().unwrap() - at.iter().min().unwrap());
+        }
+        assert_eq!(widest + 1, window.band(stencil));
+    }
+
+    #[test]
+    fn the_band_holds_every_stencil_and_no_more() {
+        band_is_exact([12, 12], 4);
+        band_is_exact([5, 9], 4);
+        band_is_exact([14, 14], 6);
+        band_is_exact([6, 5, 7], 4);
+    }
+
+    #[test]
+    fn a_stencil_surrounds_its_point() {
+        let lattice = Lattice::<2> { origin_m: [0.3, -0.1].into(), spacing_m: 0.25, stencil: 4 };
+        for i in -500..500 {
+            let point = Point::<2>::new(i as f32 * 0.0371, i as f32 * -0.0219);
+            let stencil = lattice.stencil_at(&point).unwrap();
+            for axis in 0..2 {
+                let cells = stencil.from_first_m[axis] / 0.25;
+                assert!((1.0..=2.0).contains(&cells), "between the second and third node, not {cells}");
+            }
+            let back = lattice.position_m(&stencil.first) + stencil.from_first_m;
+            assert!((back - point).iter().all(|d| d.abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_placed_is_refused() {
+        let lattice = Lattice::<2> { origin_m: Point::zeros(), spacing_m: 0.25, stencil: 4 };
+        for bad in [f32::NAN, f32::INFINITY, 1e30, MAX_NODE as f32 * 0.25] {
+            assert!(lattice.stencil_at(&[bad, 0.0].into()).is_none());
+        }
+    }
+}

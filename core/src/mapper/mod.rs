@@ -1,0 +1,291 @@
+//! The one façade: scans in, a report back, the map to be asked at any time.
+
+mod memory;
+mod report;
+mod touched;
+
+pub use memory::{Memory, Workspace};
+pub use report::{IntegrateReport, PointTally, ScanRejected};
+pub use touched::Touched;
+
+use crate::{
+    basis::Basis,
+    beam::{Beam, BeamRule, LabelledPoint, sort_beam},
+    em,
+    geometry::Point,
+    posterior::{Prior, RowError, Rows},
+    scan::{MAX_BEAMS, Scan},
+    settings::{Model, Settings, SettingsError},
+    tile::{Archive, MapView, Occupancy, OccupancyGradient, Tile, TileStore, TileStoreFull, Tiling, row_of},
+};
+
+/// A map that learns: settings, and the memory that the caller lent.
+///
+/// `M` is the number of supports of a tile and `B` the band, both fixed by the settings' tiling and checked against it.
+#[derive(Debug)]
+pub struct Mapper<'m, const M: usize, const B: usize> {
+    settings: Settings,
+    model: Model,
+    store: TileStore<'m, M, B>,
+    work: Workspace<'m, M, B>,
+    newest_stamp_ns: u64,
+    scans: u64,
+}
+
+impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
+    /// An empty map.
+    ///
+    /// # Errors
+    /// Settings that contradict themselves, or do not fit `M`, `B` or the lent memory.
+    pub fn new(settings: Settings, memory: Memory<'m, M, B>) -> Result<Self, SettingsError> {
+        let model = settings.model()?;
+        model.tiling.check(M, B)?;
+        let (store, work) = memory.split()?;
+        Ok(Self { settings, model, store, work, newest_stamp_ns: 0, scans: 0 })
+    }
+
+    /// What the map was made with.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// How points become features.
+    #[must_use]
+    pub fn basis(&self) -> &Basis<2> {
+        &self.model.basis
+    }
+
+    /// How the plane is cut into tiles.
+    #[must_use]
+    pub fn tiling(&self) -> &Tiling<2> {
+        &self.model.tiling
+    }
+
+    /// What is believed where nothing was observed.
+    #[must_use]
+    pub fn prior(&self) -> &Prior {
+        &self.model.prior
+    }
+
+    /// The resident tiles.
+    #[must_use]
+    pub fn tiles(&self) -> &TileStore<'m, M, B> {
+        &self.store
+    }
+
+    /// Stamp of the newest scan that was integrated, nanoseconds; 0 before the first.
+    #[must_use]
+    pub fn newest_stamp_ns(&self) -> u64 {
+        self.newest_stamp_ns
+    }
+
+    /// Scans (or batches of points) integrated since the map began.
+    #[must_use]
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// Continues a saved map: its counters, before its tiles are put back with [`restore_tile`](Self::restore_tile).
+    pub fn resume(&mut self, scans: u64, newest_stamp_ns: u64) {
+        self.scans = scans;
+        self.newest_stamp_ns = newest_stamp_ns;
+    }
+
+    /// Puts a saved tile back into a free slot.
+    ///
+    /// # Errors
+    /// [`TileStoreFull`]; hand the rest to the archive instead.
+    pub fn restore_tile(&mut self, tile: &Tile<M, B>) -> Result<(), TileStoreFull> {
+        self.store.insert(tile)
+    }
+
+    /// The map as queries see it.
+    #[must_use]
+    pub fn view(&self) -> MapView<'_, &TileStore<'m, M, B>, M, B> {
+        self.model.view(&self.store)
+    }
+
+    /// What the map says about a point.
+    #[must_use]
+    pub fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
+        self.view().occupancy(point_m)
+    }
+
+    /// How that changes with the point.
+    #[must_use]
+    pub fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
+        self.view().gradient(point_m)
+    }
+
+    /// Learns a scan.
+    ///
+    /// Beams that cannot be used are dropped one by one and counted. If the observations of the scan exceed the lent
+    /// memory, every second beam is used (then every fourth, …), so that what is dropped is spread over all directions.
+    ///
+    /// # Errors
+    /// [`ScanRejected`] if the scan as a whole is not usable; the map is then unchanged.
+    #[inline(always)]
+    pub fn integrate(
+        &mut self,
+        scan: &Scan<'_>,
+        archive: &mut impl Archive<M, B>,
+    ) -> Result<IntegrateReport, ScanRejected> {
+        self.check(scan)?;
+        let mut report = IntegrateReport::default();
+        let mut every = 1;
+        let observed = loop {
+            report.beams = Default::default();
+            match self.observe(scan, every, &mut report) {
+                Some(observed) => break observed,
+                None if every >= MAX_BEAMS => break 0,
+                None => every *= 2,
+            }
+        };
+        self.newest_stamp_ns = scan.stamp_ns;
+        self.learn(observed, archive, &mut report);
+        Ok(report)
+    }
+
+    /// Learns labelled points, for data that was prepared elsewhere.
+    ///
+    /// Points that are not finite or off the lattice are dropped and counted.
+    ///
+    /// # Errors
+    /// [`ScanRejected::LabelsMissing`] if the slices differ in length, [`ScanRejected::TooManyPoints`] if they exceed the
+    /// lent memory; the map is then unchanged.
+    #[inline(always)]
+    pub fn integrate_points(
+        &mut self,
+        points_m: &[Point<2>],
+        occupied: &[bool],
+        archive: &mut impl Archive<M, B>,
+    ) -> Result<IntegrateReport, ScanRejected> {
+        if points_m.len() != occupied.len() {
+            return Err(ScanRejected::LabelsMissing { points: points_m.len(), labels: occupied.len() });
+        }
+        if points_m.len() > self.work.points.len() {
+            return Err(ScanRejected::TooManyPoints { points: points_m.len(), capacity: self.work.points.len() });
+        }
+        for (slot, (point, occupied)) in self.work.points.iter_mut().zip(points_m.iter().zip(occupied)) {
+            *slot = LabelledPoint { point_m: *point, occupied: *occupied };
+        }
+        let mut report = IntegrateReport::default();
+        self.learn(points_m.len(), archive, &mut report);
+        Ok(report)
+    }
+
+    fn check(&self, scan: &Scan<'_>) -> Result<(), ScanRejected> {
+        if scan.ranges_m.len() > MAX_BEAMS {
+            return Err(ScanRejected::TooManyBeams { beams: scan.ranges_m.len() });
+        }
+        let pose = &scan.map_from_sensor;
+        if !pose.is_finite() {
+            return Err(ScanRejected::PoseNotFinite);
+        }
+        if self.model.basis.lattice.stencil_at(&pose.position()).is_none() {
+            return Err(ScanRejected::PoseTooFar { x_m: pose.x_m, y_m: pose.y_m });
+        }
+        let last_rad = scan.angle_min_rad + scan.angle_increment_rad * scan.ranges_m.len() as f32;
+        if !pose.direction(scan.angle_min_rad).x.is_finite() || !pose.direction(last_rad).x.is_finite() {
+            return Err(ScanRejected::Angles { min_rad: scan.angle_min_rad, increment_rad: scan.angle_increment_rad });
+        }
+        // Written so that NaN limits are refused; an infinite upper limit is a sensor that marks no-return by +∞ alone.
+        if !(scan.range_min_m >= 0.0 && scan.range_max_m > scan.range_min_m) {
+            return Err(ScanRejected::RangeLimits { min_m: scan.range_min_m, max_m: scan.range_max_m });
+        }
+        if scan.stamp_ns < self.newest_stamp_ns {
+            return Err(ScanRejected::StampWentBack { stamp_ns: scan.stamp_ns, newest_ns: self.newest_stamp_ns });
+        }
+        Ok(())
+    }
+
+    /// Fills the point buffer from every `every`-th beam; `None` if it overflows.
+    fn observe(&mut self, scan: &Scan<'_>, every: usize, report: &mut IntegrateReport) -> Option<usize> {
+        let pose = &scan.map_from_sensor;
+        let points = &mut *self.work.points;
+        let (mut len, mut overflow) = (0, false);
+        for (number, range_m) in scan.ranges_m.iter().enumerate() {
+            if number % every != 0 {
+                report.beams.over_capacity += 1;
+                continue;
+            }
+            let Some(end) = sort_beam(*range_m, scan, &self.settings.limits, &mut report.beams) else { continue };
+            let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
+            let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
+            self.settings.beam.observe(&beam, &mut |point| {
+                match points.get_mut(len) {
+                    Some(slot) => *slot = point,
+                    None => overflow = true,
+                }
+                len += 1;
+                !overflow
+            });
+            if overflow {
+                return None;
+            }
+        }
+        Some(len)
+    }
+
+    /// Learns the first `count` points of the buffer, tile by tile.
+    #[inline(always)]
+    fn learn(&mut self, count: usize, archive: &mut impl Archive<M, B>, report: &mut IntegrateReport) {
+        self.scans += 1;
+        let Model { basis, tiling, prior } = &self.model;
+        let Workspace { scratch, points, firsts, touched, entries, states } = &mut self.work;
+        let points = &points[..count];
+        let mut touched = Touched::new(touched);
+        for (first, point) in firsts.iter_mut().zip(points) {
+            let stencil = basis.lattice.stencil_at(&point.point_m);
+            *first = stencil.map(|stencil| stencil.first);
+            let Some(stencil) = stencil else {
+                report.points.unplaceable += 1;
+                continue;
+            };
+            let (mut tiles, mut missed) = (0, 0);
+            for tile in tiling.holding(&stencil.first).filter(|tile| tiling.contains(tile)) {
+                tiles += 1;
+                missed += u32::from(!touched.insert(tile));
+            }
+            report.points.outside += u32::from(tiles == 0);
+            report.points.over_capacity += u32::from(missed > 0);
+            report.points.used += u32::from(tiles > missed);
+        }
+        for index in touched.as_slice() {
+            let window = tiling.window(index);
+            let stencil = basis.lattice.stencil;
+            let mut rows = Rows::new(entries, states);
+            for (first, point) in firsts.iter().zip(points) {
+                let Some(first) = first else { continue };
+                if window.index_of_whole(first, stencil).is_none() {
+                    continue;
+                }
+                let Some(features) = basis.features(&point.point_m) else { continue };
+                let row = row_of(&features, &window, stencil);
+                match rows.push::<M, B>(row, features.bias, point.occupied) {
+                    Ok(()) => report.rows += 1,
+                    Err(RowError::Full) => report.rows_over_capacity += 1,
+                    Err(_) => report.rows_refused += 1,
+                }
+            }
+            let Some(claimed) = self.store.claim(index, prior, archive) else { continue };
+            report.count(&claimed);
+            let tile = self.store.slot_mut(claimed.slot);
+            tile.touched_at = self.scans;
+            if self.settings.forgetting < 1.0 && !claimed.created {
+                let forgotten = tile.posterior.discount(prior, self.settings.forgetting, scratch);
+                report.tiles_failed += u32::from(forgotten.is_err());
+            }
+            match em::update(&mut tile.posterior, &mut rows, &self.settings.rule, self.settings.passes, scratch) {
+                Ok(update) => {
+                    tile.updates += 1;
+                    report.passes += update.passes;
+                    report.safeguards += update.safeguards;
+                    report.objective += update.objective;
+                }
+                Err(_) => report.tiles_failed += 1,
+            }
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Cholesky on the band, in scratch: `Λ = UᵀU`, and the triangular solves.
+//!
+//! Left-looking, row by row. Each row of `U` is followed by as many zeros (`LD = 2B`), so that a source row shifted by `k`
+//! can be read over a full panel of the target row: fixed lengths, operands in registers, no masks.
+//!
+//! These loops are `inline(always)` so that a caller compiled for wider vectors gets them in its own instruction set.
+
+use super::{Band, NotPositiveDefinite, Rows, Scratch, rows::add_outer};
+
+/// Columns of a target row that are held in registers while its sources stream by.
+pub(super) const PANEL: usize = 40;
+
+/// The narrower panel for what remains of a row.
+pub(super) const NARROW: usize = 8;
+
+/// Calls `$body` with panels of [`PANEL`], then [`NARROW`], then single columns covering `0..$width`.
+macro_rules! for_each_panel {
+    ($width:expr, |$start:ident, $N:ident| $body:block) => {{
+        let mut $start = 0;
+        while $start + PANEL <= $width {
+            const $N: usize = PANEL;
+            $body
+            $start += PANEL;
+        }
+        while $start + NARROW <= $width {
+            const $N: usize = NARROW;
+            $body
+            $start += NARROW;
+        }
+        while $start < $width {
+            const $N: usize = 1;
+            $body
+            $start += 1;
+        }
+    }};
+}
+pub(super) use for_each_panel;
+
+/// `acc −= Σₖ weights[k] · (the N numbers at source k)`, where source `k` starts at `at(k)` of `flat`.
+#[inline(always)]
+pub(super) fn subtract_sources<const N: usize>(
+    acc: &mut [f32; N],
+    flat: &[f32],
+    sources: impl Iterator<Item = (f32, usize)>,
+) {
+    // A local copy, so that the panel lives in registers.
+    let mut panel = *acc;
+    for (weight, at) in sources {
+        let Some(source) = flat.get(at..).and_then(<[f32]>::first_chunk::<N>) else { break };
+        for (target, value) in panel.iter_mut().zip(source) {
+            *target -= weight * value;
+        }
+    }
+    *acc = panel;
+}
+
+impl<const M: usize, const B: usize> Scratch<M, B> {
+    /// Length of a row of `work`.
+    pub(super) const LD: usize = 2 * B;
+
+    /// Assembles `Λ₋ + Σ c φφᵀ` from the rows' sites and factors it.
+    ///
+    /// # Errors
+    /// The first pivot that is not a positive number.
+    #[inline(always)]
+    pub(crate) fn factor(
+        &mut self,
+        information: &Band<M, B>,
+        border: &[f32; M],
+        corner: f32,
+        rows: &Rows<'_>,
+    ) -> Result<(), NotPositiveDefinite> {
+        self.assemble(|i| information[i], border, corner);
+        for (row, state) in rows.iter() {
+            add_outer(&mut self.work, row, state.site.curvature);
+            if state.bias != 0.0 {
+                self.add_border(row, state.bias, state.site.curvature);
+            }
+        }
+        self.factor_in_place()
+    }
+
+    /// Fills the work rows for [`factor_in_place`](Self::factor_in_place).
+    #[inline(always)]
+    pub(super) fn assemble(&mut self, row: impl Fn(usize) -> [f32; B], border: &[f32; M], corner: f32) {
+        for (i, [upper, padding]) in self.work.iter_mut().enumerate() {
+            *upper = row(i);
+            padding.fill(0.0);
+        }
+        self.border = *border;
+        self.corner = corner;
+    }
+
+    /// Cholesky in the work rows, the bias last.
+    ///
+    /// # Errors
+    /// The first pivot that is not a positive number.
+    #[inline(always)]
+    pub(super) fn factor_in_place(&mut self) -> Result<(), NotPositiveDefinite> {
+        let ld = Self::LD;
+        let flat = self.work.as_flattened_mut().as_flattened_mut();
+        let (mut corner, border) = (self.corner, &mut self.border);
+        for i in 0..M {
+            let reach = i.min(B - 1);
+            let (done, rest) = flat.split_at_mut(i * ld);
+            let Some(row) = rest.first_chunk_mut::<B>() else { break };
+            for_each_panel!(B, |start, N| {
+                if let Some(target) = row[start..].first_chunk_mut::<N>() {
+                    // A source k rows above reaches B − k columns into this row, so later panels see fewer sources.
+                    let sources = reach.min(B - 1 - start);
+                    // Source k starts at (i − k)·ld + k; its factor is the number there.
+                    let step = ld - 1;
+                    let nearest = done.len().wrapping_sub(step);
+                    subtract_sources(
+                        target,
+                        done,
+                        (0..sources).map(|k| {
+                            let at = nearest.wrapping_sub(k * step);
+                            (done.get(at).copied().unwrap_or(0.0), at.wrapping_add(start))
+                        }),
+                    );
+                }
+            });
+            let pivot = row[0];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return Err(NotPositiveDefinite { row: i });
+            }
+            let diagonal = libm::sqrtf(pivot);
+            let scale = 1.0 / diagonal;
+            row[0] = diagonal;
+            for value in &mut row[1..] {
+                *value *= scale;
+            }
+            let coupled = border[i] * scale;
+            border[i] = coupled;
+            if coupled != 0.0 {
+                for (later, u) in border[i + 1..].iter_mut().zip(&row[1..]) {
+                    *later -= coupled * u;
+                }
+                corner -= coupled * coupled;
+            }
+        }
+        if !(corner > 0.0 && corner.is_finite()) {
+            return Err(NotPositiveDefinite { row: M });
+        }
+        self.corner = libm::sqrtf(corner);
+        Ok(())
+    }
+
+    /// `ln |Λ|` of the factored matrix, as an unevaluated sum.
+    #[inline(always)]
+    pub(crate) fn log_determinant(&self) -> [f32; 2] {
+        // Pivots are multiplied in groups so that one logarithm serves four; Kahan's correction keeps the sum's low part.
+        let (mut sum, mut low) = (0.0_f32, 0.0_f32);
+        let mut add = |value: f32| {
+            let corrected = value - low;
+            let next = sum + corrected;
+            low = (next - sum) - corrected;
+            sum = next;
+        };
+        for group in self.work.chunks(GROUP) {
+            add(2.0 * libm::logf(group.iter().map(|row| row[0][0]).product()));
+        }
+        add(2.0 * libm::logf(self.corner));
+        [sum, -low]
+    }
+
+    /// Solves `Λ step = Σ g φ` with the factor; the right-hand side comes from the rows' sites.
+    #[inline(always)]
+    pub(crate) fn solve(&mut self, rows: &Rows<'_>) {
+        self.step.fill(0.0);
+        self.bias_step = 0.0;
+        for (row, state) in rows.iter() {
+            for entry in row {
+                self.step[entry.index()] += state.site.pull * entry.value;
+            }
+            self.bias_step += state.site.pull * state.bias;
+        }
+        self.solve_in_place();
+    }
+
+    /// Replaces `step`, a right-hand side, by the solution.
+    #[inline(always)]
+    pub(super) fn solve_in_place(&mut self) {
+        for i in 0..M {
+            let row = &self.work[i][0];
+            let solved = self.step[i] / row[0];
+            self.step[i] = solved;
+            for (later, u) in self.step[i + 1..].iter_mut().zip(&row[1..]) {
+                *later -= solved * u;
+            }
+            self.bias_step -= solved * self.border[i];
+        }
+        self.bias_step /= self.corner * self.corner;
+        for i in (0..M).rev() {
+            let row = &self.work[i][0];
+            let known: f32 = self.step[i + 1..].iter().zip(&row[1..]).map(|(s, u)| s * u).sum();
+            self.step[i] = (self.step[i] - known - self.border[i] * self.bias_step) / row[0];
+        }
+    }
+
+    #[inline(always)]
+    fn add_border(&mut self, row: &[super::Entry], bias: f32, weight: f32) {
+        for entry in row {
+            self.border[entry.index()] += weight * bias * entry.value;
+        }
+        self.corner += weight * bias * bias;
+    }
+}
+
+/// Pivots whose product cannot leave `f32`'s range: each is the square root of an information between 1e-18 and 1e18.
+const GROUP: usize = 4;

@@ -1,0 +1,218 @@
+//! The belief about the weights: a Gaussian in information form on a banded matrix.
+//!
+//! `Λ`, row by row, keeps the entries `(i, i) … (i, i + B − 1)`; dense is `B = M`. The same band of `Σ = Λ⁻¹` and the mean
+//! `μ` stand beside it, for the next scan's first pass, for queries and for publication. A bias couples with every weight:
+//! it is a border, one dense row beside the band.
+//!
+//! The posterior knows (index, value) pairs, no geometry. Its state and scratch are plain numbers: all-zero bytes are a
+//! valid value of both, so the owner can allocate them zeroed, in place.
+
+mod factor;
+mod forget;
+mod prior;
+mod rows;
+mod selected_inverse;
+
+pub use prior::{BiasPrior, Prior};
+pub use rows::{Entry, RowError, RowState, Rows, Site};
+
+use core::fmt;
+
+/// A banded symmetric matrix's upper half, row by row: `[i][j]` is the entry `(i, i + j)`; zero beyond the last column.
+pub type Band<const M: usize, const B: usize> = [[f32; B]; M];
+
+/// A Gaussian over `M` weights and one bias.
+#[repr(C)]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posterior<const M: usize, const B: usize> {
+    /// `Λ` of the weights.
+    pub information: Band<M, B>,
+    /// `Σ` of the weights, the band of it.
+    pub covariance: Band<M, B>,
+    /// `μ` of the weights.
+    pub mean: [f32; M],
+    /// `Λ` between the bias and each weight.
+    pub border_information: [f32; M],
+    /// `Σ` between the bias and each weight.
+    pub border_covariance: [f32; M],
+    /// `Λ`, `Σ` and `μ` of the bias itself. Without bias: 1, 1 and 0.
+    pub bias_information: f32,
+    /// See [`Self::bias_information`].
+    pub bias_covariance: f32,
+    /// See [`Self::bias_information`].
+    pub bias_mean: f32,
+    /// `ln |Λ|` as an unevaluated sum of two numbers, since a single one would lose what one scan changes.
+    pub log_determinant: [f32; 2],
+}
+
+/// Working memory of one update, shared by every posterior of the same shape.
+#[repr(C)]
+#[derive(Clone, Debug)]
+pub struct Scratch<const M: usize, const B: usize> {
+    /// First the factor `U` (`Λ = UᵀU`), each row followed by as many zeros; then, in the same place, `Σ` on both sides
+    /// of the diagonal.
+    work: [[[f32; B]; 2]; M],
+    /// `μ − μ₋` of the candidate.
+    step: [f32; M],
+    /// `μ − μ₋` of the best candidate so far.
+    best_step: [f32; M],
+    /// The factor's dense row, then `Σ` between bias and weights.
+    border: [f32; M],
+    /// The factor's last pivot, then the bias's `Σ`.
+    corner: f32,
+    bias_step: f32,
+    best_bias_step: f32,
+}
+
+/// A matrix that must be positive definite was not: the first pivot that was not a positive number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotPositiveDefinite {
+    /// The pivot's row; `M` for the bias.
+    pub row: usize,
+}
+
+impl fmt::Display for NotPositiveDefinite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "information matrix is not positive definite at row {}", self.row)
+    }
+}
+
+impl core::error::Error for NotPositiveDefinite {}
+
+/// Mean and variance of `φᵀw`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// `φᵀμ`.
+    pub mean: f32,
+    /// `φᵀΣφ`, not below zero.
+    pub variance: f32,
+}
+
+/// What a query needs of a posterior, wherever it lies: in a mapper, in shared memory, in a file.
+#[derive(Clone, Copy, Debug)]
+pub struct PosteriorView<'a, const M: usize, const B: usize> {
+    /// `μ`.
+    pub mean: &'a [f32; M],
+    /// The band of `Σ`.
+    pub covariance: &'a Band<M, B>,
+    /// `Σ` between bias and weights.
+    pub border_covariance: &'a [f32; M],
+    /// `Σ` of the bias.
+    pub bias_covariance: f32,
+    /// `μ` of the bias.
+    pub bias_mean: f32,
+}
+
+impl<const M: usize, const B: usize> Posterior<M, B> {
+    /// The part that queries read.
+    #[inline]
+    #[must_use]
+    pub fn view(&self) -> PosteriorView<'_, M, B> {
+        PosteriorView {
+            mean: &self.mean,
+            covariance: &self.covariance,
+            border_covariance: &self.border_covariance,
+            bias_covariance: self.bias_covariance,
+            bias_mean: self.bias_mean,
+        }
+    }
+
+    /// Copies another posterior, array by array, so that nothing large crosses the stack.
+    pub fn copy_from(&mut self, source: &Self) {
+        self.information.copy_from_slice(&source.information);
+        self.covariance.copy_from_slice(&source.covariance);
+        self.mean.copy_from_slice(&source.mean);
+        self.border_information.copy_from_slice(&source.border_information);
+        self.border_covariance.copy_from_slice(&source.border_covariance);
+        self.bias_information = source.bias_information;
+        self.bias_covariance = source.bias_covariance;
+        self.bias_mean = source.bias_mean;
+        self.log_determinant = source.log_determinant;
+    }
+
+    /// `Λ += c φφᵀ`, in the order in which [`Scratch::factor`] did it, so that `Σ` remains its inverse bit for bit.
+    #[inline(always)]
+    pub(crate) fn learn(&mut self, row: &[Entry], bias: f32, curvature: f32) {
+        rows::add_outer(&mut self.information, row, curvature);
+        if bias != 0.0 {
+            for entry in row {
+                self.border_information[entry.index()] += curvature * bias * entry.value;
+            }
+            self.bias_information += curvature * bias * bias;
+        }
+    }
+}
+
+impl<const M: usize, const B: usize> Scratch<M, B> {
+    /// Remembers the candidate's step and hands its `Σ` to the posterior.
+    #[inline(always)]
+    pub(crate) fn keep(&mut self, posterior: &mut Posterior<M, B>) {
+        self.best_step = self.step;
+        self.best_bias_step = self.bias_step;
+        self.copy_covariance(
+            &mut posterior.covariance,
+            &mut posterior.border_covariance,
+            &mut posterior.bias_covariance,
+        );
+    }
+
+    /// Adds the kept step to the mean.
+    #[inline(always)]
+    pub(crate) fn apply_step(&self, mean: &mut [f32; M], bias_mean: &mut f32) {
+        for (mean, step) in mean.iter_mut().zip(&self.best_step) {
+            *mean += step;
+        }
+        *bias_mean += self.best_bias_step;
+    }
+}
+
+impl<const M: usize, const B: usize> PosteriorView<'_, M, B> {
+    /// `φᵀμ` and `φᵀΣφ` of a row; pairs that lie outside the band count as zero.
+    #[inline(always)]
+    #[must_use]
+    pub fn moments(&self, entries: &[Entry], bias: f32) -> Moments {
+        let mut variance = bias * bias * self.bias_covariance;
+        for (i, a) in entries.iter().enumerate() {
+            let Some(sigma) = self.covariance.get(a.index()) else { continue };
+            let mut inner = 0.5 * a.value * sigma[0];
+            for b in &entries[i + 1..] {
+                inner += b.value * sigma.get(b.index() - a.index()).copied().unwrap_or(0.0);
+            }
+            if bias != 0.0 {
+                inner += bias * self.border_covariance[a.index()];
+            }
+            variance += 2.0 * a.value * inner;
+        }
+        Moments { mean: self.mean_of(entries, bias), variance: variance.max(0.0) }
+    }
+
+    /// `φᵀμ`.
+    #[inline(always)]
+    #[must_use]
+    pub fn mean_of(&self, entries: &[Entry], bias: f32) -> f32 {
+        let weights: f32 = entries.iter().map(|e| e.value * self.mean.get(e.index()).copied().unwrap_or(0.0)).sum();
+        weights + bias * self.bias_mean
+    }
+
+    /// `φᵀΣψ`.
+    #[inline]
+    #[must_use]
+    pub fn bilinear(&self, left: &[Entry], left_bias: f32, right: &[Entry], right_bias: f32) -> f32 {
+        let mut total = left_bias * right_bias * self.bias_covariance;
+        for a in left {
+            let mut inner = right_bias * self.border_covariance.get(a.index()).copied().unwrap_or(0.0);
+            for b in right {
+                let (low, high) = if a.index < b.index { (a, b) } else { (b, a) };
+                let row = self.covariance.get(low.index());
+                inner += b.value * row.and_then(|row| row.get(high.index() - low.index())).copied().unwrap_or(0.0);
+            }
+            total += a.value * inner;
+        }
+        if left_bias != 0.0 {
+            for b in right {
+                total += left_bias * b.value * self.border_covariance.get(b.index()).copied().unwrap_or(0.0);
+            }
+        }
+        total
+    }
+}

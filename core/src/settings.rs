@@ -1,0 +1,177 @@
+//! What a map is made with, as plain numbers, and the model that follows from it.
+
+use core::fmt;
+
+use crate::{
+    basis::Basis,
+    beam::{AnyBeamRule, BeamLimits},
+    geometry::Point,
+    kernel::{Kernel, KernelChoice, KernelParameters},
+    lattice::Lattice,
+    posterior::{BiasPrior, Prior},
+    rule::AnyRule,
+    support::AnySupport,
+    tile::{MapView, TileSource, Tiling, TilingError},
+};
+
+/// Everything that decides what a map learns from a scan. Capacities are not here: they are the length of what is lent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Where lattice node 0 sits, metres.
+    pub origin_m: [f32; 2],
+    /// Distance between neighbouring supports, metres.
+    pub spacing_m: f32,
+    /// How far a support reaches.
+    pub kernel: KernelChoice,
+    /// The isotropic `g` of the squared exponential's `G = g·I` in units of spacing², so that it scales with the lattice.
+    pub kernel_shape: f32,
+    /// What a support is centred on.
+    pub support: AnySupport,
+    /// Supports a side that a point sees.
+    pub stencil: usize,
+    /// Supports of a tile along each axis.
+    pub tile_width: [usize; 2],
+    /// Supports from one tile to the next along each axis.
+    pub tile_stride: [usize; 2],
+    /// How many tiles there are along each axis; `None` for an unbounded plane.
+    pub tile_count: Option<[usize; 2]>,
+    /// Prior precision of each weight, and of the bias.
+    pub prior_precision: f32,
+    /// Whether there is a bias.
+    pub bias: bool,
+    /// How far beams are believed.
+    pub limits: BeamLimits,
+    /// What a beam says.
+    pub beam: AnyBeamRule,
+    /// How observations are weighed.
+    pub rule: AnyRule,
+    /// Passes over each scan.
+    pub passes: u32,
+    /// The factor α by which a tile's information is kept when new data arrives in it; 1 forgets nothing.
+    pub forgetting: f32,
+}
+
+/// The functions that follow from [`Settings`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// How points become features.
+    pub basis: Basis<2>,
+    /// How the plane is cut into tiles.
+    pub tiling: Tiling<2>,
+    /// What is believed before any scan.
+    pub prior: Prior,
+}
+
+/// Settings that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SettingsError {
+    /// A number outside its range.
+    Number {
+        /// Which setting.
+        name: &'static str,
+        /// Its value.
+        value: f32,
+        /// What is expected.
+        expected: &'static str,
+    },
+    /// The tiling contradicts itself or the capacities.
+    Tiling(TilingError),
+    /// The kernel is cut off too early: the map would jump where a support leaves the stencil.
+    CutOff {
+        /// The kernel's value there.
+        cut_off: f32,
+        /// The stencil.
+        stencil: usize,
+    },
+    /// A slice of the lent memory is empty.
+    NoMemory {
+        /// Which.
+        what: &'static str,
+    },
+}
+
+/// Largest value of a kernel at the edge of its stencil that is accepted: the paper's own public settings cut at 1.3e-3.
+const MAX_CUT_OFF: f32 = 5e-3;
+
+impl From<TilingError> for SettingsError {
+    fn from(error: TilingError) -> Self {
+        Self::Tiling(error)
+    }
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number { name, value, expected } => write!(f, "{name} is {value}, expected {expected}"),
+            Self::Tiling(error) => error.fmt(f),
+            Self::CutOff { cut_off, stencil } => write!(
+                f,
+                "the kernel is still {cut_off} where a stencil of {stencil} ends, more than {MAX_CUT_OFF}: \
+                 widen the stencil or narrow the kernel"
+            ),
+            Self::NoMemory { what } => write!(f, "no memory was lent for {what}"),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+impl Settings {
+    /// Checks the settings and builds what follows from them.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn model(&self) -> Result<Model, SettingsError> {
+        self.check_numbers()?;
+        let lattice =
+            Lattice { origin_m: Point::from(self.origin_m), spacing_m: self.spacing_m, stencil: self.stencil };
+        let tiling = Tiling { lattice, width: self.tile_width, stride: self.tile_stride, tiles: self.tile_count };
+        tiling.check(tiling.window(&[0, 0]).supports(), usize::MAX)?;
+        let shape_m2 = self.kernel_shape * self.spacing_m * self.spacing_m;
+        let kernel = self.kernel.build::<2>(&KernelParameters { spacing_m: self.spacing_m, shape_m2 });
+        let cut_off = kernel.cut_off(self.stencil, self.spacing_m);
+        // Written so that NaN is refused.
+        if !(cut_off <= MAX_CUT_OFF) {
+            return Err(SettingsError::CutOff { cut_off, stencil: self.stencil });
+        }
+        let basis = Basis::new(lattice, kernel, self.support, self.bias);
+        let bias = basis.bias_coupling.map(|coupling| BiasPrior { precision: self.prior_precision, coupling });
+        Ok(Model { basis, tiling, prior: Prior { precision: self.prior_precision, bias } })
+    }
+
+    fn check_numbers(&self) -> Result<(), SettingsError> {
+        let AnyBeamRule::PointSamples(samples) = self.beam;
+        let positive = "a positive number";
+        let not_negative = "zero or a positive number";
+        for (name, value, expected, good) in [
+            ("origin x", self.origin_m[0], "a finite number", self.origin_m[0].is_finite()),
+            ("origin y", self.origin_m[1], "a finite number", self.origin_m[1].is_finite()),
+            ("spacing", self.spacing_m, "1 mm to 1 km", (1e-3..=1e3).contains(&self.spacing_m)),
+            ("kernel shape", self.kernel_shape, positive, positive_finite(self.kernel_shape)),
+            ("prior precision", self.prior_precision, "1e-9 to 1e9", (1e-9..=1e9).contains(&self.prior_precision)),
+            ("maximum range", self.limits.range_max_m, positive, self.limits.range_max_m > 0.0),
+            ("no-return range", self.limits.no_return_free_m, not_negative, self.limits.no_return_free_m >= 0.0),
+            ("free spacing", samples.free_spacing_m, positive, positive_finite(samples.free_spacing_m)),
+            ("gap before a hit", samples.gap_m, not_negative, samples.gap_m >= 0.0 && samples.gap_m.is_finite()),
+            ("passes", self.passes as f32, "1 to 100", (1..=100).contains(&self.passes)),
+            ("forgetting", self.forgetting, "above 0, at most 1", self.forgetting > 0.0 && self.forgetting <= 1.0),
+        ] {
+            if !good {
+                return Err(SettingsError::Number { name, value, expected });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn positive_finite(value: f32) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+impl Model {
+    /// The map that these tiles are under this model.
+    #[must_use]
+    pub fn view<T: TileSource<M, B>, const M: usize, const B: usize>(&self, tiles: T) -> MapView<'_, T, M, B> {
+        MapView { basis: &self.basis, tiling: &self.tiling, prior: &self.prior, tiles }
+    }
+}

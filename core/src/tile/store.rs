@@ -1,0 +1,199 @@
+use core::fmt;
+
+use super::{Tile, TileIndex, TileSource};
+use crate::posterior::{PosteriorView, Prior};
+
+/// Where evicted tiles go and come back from: the owner of the store, who may have more memory than it.
+pub trait Archive<const M: usize, const B: usize> {
+    /// Takes a tile that leaves the store; `false` if it is lost.
+    fn keep(&mut self, tile: &Tile<M, B>) -> bool;
+
+    /// Writes the tile of that index, if it was kept, into `tile`.
+    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool;
+}
+
+/// No archive: a tile that leaves the store is lost, and counted as such.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoArchive;
+
+impl<const M: usize, const B: usize> Archive<M, B> for NoArchive {
+    fn keep(&mut self, _: &Tile<M, B>) -> bool {
+        false
+    }
+
+    fn bring_back(&mut self, _: &TileIndex<2>, _: &mut Tile<M, B>) -> bool {
+        false
+    }
+}
+
+/// Where a tile's index is found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DirectoryEntry {
+    index: TileIndex<2>,
+    slot: u32,
+}
+
+/// A fixed number of tiles in lent memory, found by index in the time of a binary search.
+#[derive(Debug)]
+pub struct TileStore<'m, const M: usize, const B: usize> {
+    tiles: &'m mut [Tile<M, B>],
+    /// Sorted by index; one entry per resident tile.
+    directory: &'m mut [DirectoryEntry],
+    resident: usize,
+}
+
+/// How a tile came to be in the store.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Claimed {
+    /// The slot it is in.
+    pub slot: usize,
+    /// It began as the prior.
+    pub created: bool,
+    /// It came back from the archive.
+    pub restored: bool,
+    /// Another had to leave for it.
+    pub evicted: bool,
+    /// The one that left was not kept.
+    pub lost: bool,
+}
+
+/// Every slot is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileStoreFull {
+    /// How many slots there are.
+    pub slots: usize,
+}
+
+impl fmt::Display for TileStoreFull {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "all {} tile slots are taken", self.slots)
+    }
+}
+
+impl core::error::Error for TileStoreFull {}
+
+impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
+    /// An empty store; its capacity is the shorter of the two slices' lengths.
+    #[must_use]
+    pub fn new(tiles: &'m mut [Tile<M, B>], directory: &'m mut [DirectoryEntry]) -> Self {
+        let slots = tiles.len().min(directory.len()).min(u32::MAX as usize);
+        Self { tiles: &mut tiles[..slots], directory: &mut directory[..slots], resident: 0 }
+    }
+
+    /// Number of slots.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Number of tiles in them.
+    #[must_use]
+    pub fn resident(&self) -> usize {
+        self.resident
+    }
+
+    /// The resident tiles, in ascending order of index.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Tile<M, B>> {
+        self.directory[..self.resident].iter().map(|entry| &self.tiles[entry.slot as usize])
+    }
+
+    /// The tile in a slot.
+    #[inline(always)]
+    pub(crate) fn slot_mut(&mut self, slot: usize) -> &mut Tile<M, B> {
+        &mut self.tiles[slot]
+    }
+
+    fn find(&self, index: &TileIndex<2>) -> Result<usize, usize> {
+        self.directory[..self.resident].binary_search_by_key(index, |entry| entry.index)
+    }
+
+    /// The tile of that index, if it is resident.
+    #[must_use]
+    pub fn get(&self, index: &TileIndex<2>) -> Option<&Tile<M, B>> {
+        self.find(index).ok().map(|at| &self.tiles[self.directory[at].slot as usize])
+    }
+
+    /// Puts a tile back into a free slot, or in the place of the one with its index.
+    ///
+    /// # Errors
+    /// [`TileStoreFull`]; nothing is evicted by this.
+    pub fn insert(&mut self, tile: &Tile<M, B>) -> Result<(), TileStoreFull> {
+        let slot = match self.find(&tile.index) {
+            Ok(at) => self.directory[at].slot as usize,
+            Err(at) if self.resident < self.slots() => {
+                let slot = self.resident;
+                self.enter(at, tile.index, slot);
+                slot
+            }
+            Err(_) => return Err(TileStoreFull { slots: self.slots() }),
+        };
+        self.tiles[slot].clone_from_in_place(tile);
+        Ok(())
+    }
+
+    /// Finds the tile or makes room for it, evicting the least recently touched; `None` only if there is no slot at all.
+    pub(crate) fn claim(
+        &mut self,
+        index: &TileIndex<2>,
+        prior: &Prior,
+        archive: &mut impl Archive<M, B>,
+    ) -> Option<Claimed> {
+        let mut claimed = Claimed::default();
+        let at = match self.find(index) {
+            Ok(at) => {
+                claimed.slot = self.directory[at].slot as usize;
+                return Some(claimed);
+            }
+            Err(at) => at,
+        };
+        if self.resident < self.slots() {
+            // Slots fill in order and a slot freed by eviction is taken at once, so the next free one is always this.
+            claimed.slot = self.resident;
+            self.enter(at, *index, claimed.slot);
+        } else {
+            // Ties cannot depend on the slots' order: the directory is sorted by index, and the first least one wins.
+            let oldest =
+                (0..self.resident).min_by_key(|entry| self.tiles[self.directory[*entry].slot as usize].touched_at)?;
+            claimed.slot = self.directory[oldest].slot as usize;
+            claimed.evicted = true;
+            claimed.lost = !archive.keep(&self.tiles[claimed.slot]);
+            self.directory[oldest..self.resident].rotate_left(1);
+            self.resident -= 1;
+            let at = if oldest < at { at - 1 } else { at };
+            self.enter(at, *index, claimed.slot);
+        }
+        let tile = &mut self.tiles[claimed.slot];
+        claimed.restored = archive.bring_back(index, tile);
+        if !claimed.restored {
+            claimed.created = true;
+            tile.index = *index;
+            tile.updates = 0;
+            tile.touched_at = 0;
+            tile.posterior.reset(prior);
+        }
+        Some(claimed)
+    }
+
+    fn enter(&mut self, at: usize, index: TileIndex<2>, slot: usize) {
+        self.directory[self.resident] = DirectoryEntry { index, slot: slot as u32 };
+        self.resident += 1;
+        self.directory[at..self.resident].rotate_right(1);
+    }
+}
+
+impl<const M: usize, const B: usize> Tile<M, B> {
+    /// Copies a tile field by field: assignment of the whole could pass through the stack.
+    pub fn clone_from_in_place(&mut self, source: &Self) {
+        self.index = source.index;
+        self.updates = source.updates;
+        self.touched_at = source.touched_at;
+        self.posterior.copy_from(&source.posterior);
+    }
+}
+
+impl<const M: usize, const B: usize> TileSource<M, B> for TileStore<'_, M, B> {
+    fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
+        self.get(index).map(|tile| tile.posterior.view())
+    }
+}
