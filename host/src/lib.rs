@@ -1,1 +1,6 @@
 //! What a computer adds to the core: services over shared memory, a simulated robot, recorded logs.
+
+pub mod dataset;
+mod scan_record;
+
+pub use scan_record::ScanRecord;
