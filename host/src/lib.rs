@@ -1,1 +1,5 @@
 //! What a computer adds to the core: services over shared memory, a simulated robot, recorded logs.
+
+mod scan_record;
+
+pub use scan_record::ScanRecord;
