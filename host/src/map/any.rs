@@ -1,0 +1,124 @@
+use bhm_core::{
+    geometry::Point,
+    mapper::{IntegrateReport, ScanRejected},
+    profile::Profile,
+    scan::Scan,
+    settings::{Settings, SettingsError},
+    tile::{Occupancy, OccupancyGradient, TileIndex},
+};
+
+use super::OwnedMapper;
+
+/// A map of any compiled shape, for programs that learn its shape at run time.
+pub trait AnyMap: Send {
+    /// What it was made with.
+    fn settings(&self) -> &Settings;
+
+    /// Learns a scan.
+    ///
+    /// # Errors
+    /// If the scan as a whole is not usable.
+    fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected>;
+
+    /// Learns labelled points.
+    ///
+    /// # Errors
+    /// If they do not fit the lent memory, or labels are missing.
+    fn integrate_points(&mut self, points_m: &[Point<2>], occupied: &[bool]) -> Result<IntegrateReport, ScanRejected>;
+
+    /// What the map says about a point, archived tiles included.
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
+
+    /// How that changes with the point.
+    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient;
+
+    /// Tiles in the store and in the archive.
+    fn tile_counts(&self) -> (usize, usize);
+
+    /// Indices of every tile, ascending.
+    fn tile_indices(&self) -> Vec<TileIndex<2>>;
+
+    /// Bytes allocated at the start, and bytes of one tile.
+    fn bytes(&self) -> (usize, usize);
+
+    /// Scans integrated since the map began, and the newest stamp, nanoseconds.
+    fn progress(&self) -> (u64, u64);
+}
+
+impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
+    fn settings(&self) -> &Settings {
+        self.mapper().settings()
+    }
+
+    fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
+        self.integrate(scan)
+    }
+
+    fn integrate_points(&mut self, points_m: &[Point<2>], occupied: &[bool]) -> Result<IntegrateReport, ScanRejected> {
+        self.integrate_points(points_m, occupied)
+    }
+
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
+        self.view().occupancy(point_m)
+    }
+
+    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
+        self.view().gradient(point_m)
+    }
+
+    fn tile_counts(&self) -> (usize, usize) {
+        (self.mapper().tiles().resident(), self.archive().len())
+    }
+
+    fn tile_indices(&self) -> Vec<TileIndex<2>> {
+        let mut indices: Vec<_> =
+            self.mapper().tiles().iter().chain(self.archive().iter()).map(|tile| tile.index).collect();
+        indices.sort_unstable();
+        indices
+    }
+
+    fn bytes(&self) -> (usize, usize) {
+        (self.bytes(), size_of::<bhm_core::tile::Tile<M, B>>())
+    }
+
+    fn progress(&self) -> (u64, u64) {
+        (self.mapper().scans(), self.mapper().newest_stamp_ns())
+    }
+}
+
+/// Why a map could not be opened.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum UnknownShape {
+    /// The settings contradict themselves.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// No program was compiled for tiles of this shape.
+    #[error("tiles of {supports} supports in a band of {band} are not compiled in; compiled are {compiled:?}")]
+    Shape {
+        /// `M`.
+        supports: usize,
+        /// `B`.
+        band: usize,
+        /// The shapes there are.
+        compiled: Vec<(usize, usize)>,
+    },
+}
+
+/// An empty map of the profile's shape.
+///
+/// # Errors
+/// Settings that contradict themselves, or need a shape that is not compiled in.
+pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
+    let model = profile.settings.model()?;
+    let window = model.tiling.window(&[0, 0]);
+    let shape = (window.supports(), window.band(profile.settings.stencil));
+    macro_rules! open_shape {
+        ($(($m:literal, $b:literal)),* $(,)?) => {
+            match shape {
+                $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::new(profile)?)),)*
+                (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }),
+            }
+        };
+    }
+    bhm_core::for_each_shape!(open_shape)
+}
