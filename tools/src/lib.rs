@@ -1,1 +1,4 @@
-//! bhm-tools
+//! What the `bhm` command is made of: how good a map is ([`metrics`]).
+#![forbid(unsafe_code)]
+
+pub mod metrics;
