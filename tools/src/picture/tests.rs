@@ -97,6 +97,19 @@ fn lightness_never_turns_back() {
 }
 
 #[test]
+fn the_scale_bar_is_as_long_as_it_says() {
+    // 200 pixels at most: 2 m at 100 pixels per metre, 1 m (not 1.8 m) at 110.
+    for (scale, bar_px) in [(100.0, 200), (110.0, 110)] {
+        let canvas = FieldPicture { pixels_per_metre: Some(scale), ..PICTURE }.render(|_, _| 0.5).unwrap();
+        let Point { x: left, y: top } = canvas.map_area().top_left;
+        let below = top + canvas.map_area().size.height as i32 + 60;
+        let ink_from_left = |row: i32| (left..).take_while(|&x| canvas.pixel(Point::new(x, row)) == Some(INK)).count();
+        let longest = (below..canvas.size().height as i32).map(ink_from_left).max();
+        assert_eq!(longest, Some(bar_px));
+    }
+}
+
+#[test]
 fn nan_is_drawn_and_explained() {
     let count = |canvas: &Canvas| {
         let pixels = canvas.bounding_box().points();
