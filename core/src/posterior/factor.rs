@@ -36,22 +36,35 @@ macro_rules! for_each_panel {
 }
 pub(super) use for_each_panel;
 
-/// `acc −= Σₖ weights[k] · (the N numbers at source k)`, where source `k` starts at `at(k)` of `flat`.
+/// `target −= Σ weight · source` over the sources, the target held in registers meanwhile.
 #[inline(always)]
-pub(super) fn subtract_sources<const N: usize>(
-    acc: &mut [f32; N],
-    flat: &[f32],
-    sources: impl Iterator<Item = (f32, usize)>,
+pub(super) fn subtract_sources<'s, const N: usize>(
+    target: &mut [f32; N],
+    sources: impl Iterator<Item = (f32, &'s [f32; N])>,
 ) {
-    // A local copy, so that the panel lives in registers.
-    let mut panel = *acc;
-    for (weight, at) in sources {
-        let Some(source) = flat.get(at..).and_then(<[f32]>::first_chunk::<N>) else { break };
-        for (target, value) in panel.iter_mut().zip(source) {
-            *target -= weight * value;
+    let mut panel = *target;
+    for (weight, source) in sources {
+        for (sum, value) in panel.iter_mut().zip(source) {
+            *sum -= weight * value;
         }
     }
-    *acc = panel;
+    *target = panel;
+}
+
+/// The sum of products over the shorter of the two, in eight lanes: vectorises, and rounds less than one after the other.
+#[inline(always)]
+pub(super) fn dot(left: &[f32], right: &[f32]) -> f32 {
+    let len = left.len().min(right.len());
+    let mut lanes = [0.0; 8];
+    let ((left, left_rest), (right, right_rest)) = (left[..len].as_chunks::<8>(), right[..len].as_chunks::<8>());
+    for (a, b) in left.iter().zip(right) {
+        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
+            *lane += a * b;
+        }
+    }
+    let rest: f32 = left_rest.iter().zip(right_rest).map(|(a, b)| a * b).sum();
+    let [a, b, c, d, e, f, g, h] = lanes;
+    ((a + e) + (b + f)) + ((c + g) + (d + h)) + rest
 }
 
 impl<const M: usize, const B: usize> Scratch<M, B> {
@@ -101,28 +114,22 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         let flat = self.work.as_flattened_mut().as_flattened_mut();
         let (mut corner, border) = (self.corner, &mut self.border);
         for i in 0..M {
-            let reach = i.min(B - 1);
             let (done, rest) = flat.split_at_mut(i * ld);
             let Some(row) = rest.first_chunk_mut::<B>() else { break };
             for_each_panel!(B, |start, N| {
                 if let Some(target) = row[start..].first_chunk_mut::<N>() {
-                    // A source k rows above reaches B − k columns into this row, so later panels see fewer sources.
-                    let sources = reach.min(B - 1 - start);
-                    // Source k starts at (i − k)·ld + k; its factor is the number there.
-                    let step = ld - 1;
-                    let nearest = done.len().wrapping_sub(step);
+                    // The row k above contributes U[i−k][k] times its own entries from column k on. These starts lie ld − 1
+                    // apart, so that counted from the end the chunks of that length begin with them. It reaches B − k columns
+                    // into this row: later panels see fewer sources.
+                    let sources = done.rchunks_exact(ld - 1).take(B - 1 - start);
                     subtract_sources(
                         target,
-                        done,
-                        (0..sources).map(|k| {
-                            let at = nearest.wrapping_sub(k * step);
-                            (done.get(at).copied().unwrap_or(0.0), at.wrapping_add(start))
-                        }),
+                        sources.map_while(|source| Some((*source.first()?, source[start..].first_chunk()?))),
                     );
                 }
             });
             let pivot = row[0];
-            if !(pivot > 0.0 && pivot.is_finite()) {
+            if !(pivot > 0.0 && pivot < f32::INFINITY) {
                 return Err(NotPositiveDefinite { row: i });
             }
             let diagonal = libm::sqrtf(pivot);
@@ -140,7 +147,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
                 corner -= coupled * coupled;
             }
         }
-        if !(corner > 0.0 && corner.is_finite()) {
+        if !(corner > 0.0 && corner < f32::INFINITY) {
             return Err(NotPositiveDefinite { row: M });
         }
         self.corner = libm::sqrtf(corner);
@@ -194,7 +201,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         self.bias_step /= self.corner * self.corner;
         for i in (0..M).rev() {
             let row = &self.work[i][0];
-            let known: f32 = self.step[i + 1..].iter().zip(&row[1..]).map(|(s, u)| s * u).sum();
+            let known = dot(&self.step[i + 1..], &row[1..]);
             self.step[i] = (self.step[i] - known - self.border[i] * self.bias_step) / row[0];
         }
     }

@@ -171,17 +171,11 @@ impl<const M: usize, const B: usize> PosteriorView<'_, M, B> {
     #[inline(always)]
     #[must_use]
     pub fn moments(&self, entries: &[Entry], bias: f32) -> Moments {
-        let mut variance = bias * bias * self.bias_covariance;
-        for (i, a) in entries.iter().enumerate() {
-            let Some(sigma) = self.covariance.get(a.index()) else { continue };
-            let mut inner = 0.5 * a.value * sigma[0];
-            for b in &entries[i + 1..] {
-                inner += b.value * sigma.get(b.index() - a.index()).copied().unwrap_or(0.0);
-            }
-            if bias != 0.0 {
-                inner += bias * self.border_covariance[a.index()];
-            }
-            variance += 2.0 * a.value * inner;
+        let mut variance = rows::quadratic_form(entries, |i| self.covariance.get(i));
+        if bias != 0.0 {
+            let coupled: f32 =
+                entries.iter().map(|e| e.value * self.border_covariance.get(e.index()).copied().unwrap_or(0.0)).sum();
+            variance += bias * (2.0 * coupled + bias * self.bias_covariance);
         }
         Moments { mean: self.mean_of(entries, bias), variance: variance.max(0.0) }
     }

@@ -7,7 +7,8 @@
 
 use super::{
     Band, Entry, Moments, Scratch,
-    factor::{NARROW, PANEL, for_each_panel, subtract_sources},
+    factor::{NARROW, PANEL, dot, for_each_panel, subtract_sources},
+    rows::quadratic_form,
 };
 
 impl<const M: usize, const B: usize> Scratch<M, B> {
@@ -21,53 +22,47 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         let flat = self.work.as_flattened_mut().as_flattened_mut();
         let bias_covariance = 1.0 / (self.corner * self.corner);
         let border = &mut self.border;
+        let bordered = border.iter().any(|entry| *entry != 0.0);
         for i in (0..M).rev() {
-            let reach = (M - 1 - i).min(B - 1);
             let (above, below) = flat.split_at_mut((i + 1) * ld);
-            let Some(row) = above[i * ld..].first_chunk_mut::<B>() else { break };
-            let scale = 1.0 / row[0];
-            // weights[k] = U[i][i + k] / U[i][i], k ≥ 1; the target starts as the bias's share.
-            let mut weights = *row;
-            for weight in &mut weights {
-                *weight *= scale;
+            let reach = (M - 1 - i).min(B - 1);
+            // The row's first half is U's; the second, still zero, becomes Σ(i, i + 1), Σ(i, i + 2), …
+            let (upper, sigma) = above[i * ld..].split_at_mut(B);
+            let scale = 1.0 / upper[0];
+            // weights[k − 1] = U(i, i + k)/U(i, i).
+            let mut weights = [0.0; B];
+            for (weight, entry) in weights.iter_mut().zip(&upper[1..]) {
+                *weight = entry * scale;
             }
-            let bias_weight = border[i] * scale;
-            let mut coupled = -bias_weight * bias_covariance;
-            for (weight, later) in weights[1..=reach].iter().zip(&border[i + 1..]) {
-                coupled -= weight * later;
-            }
-            let mut sigma = [0.0; B];
-            if bias_weight != 0.0 {
-                for (target, later) in sigma[1..=reach].iter_mut().zip(&border[i + 1..]) {
-                    *target = -bias_weight * later;
+            let mut variance = scale * scale;
+            if bordered {
+                let bias_weight = border[i] * scale;
+                let coupled = -bias_weight * bias_covariance - dot(&weights, &border[i + 1..]);
+                for (entry, later) in sigma.iter_mut().zip(&border[i + 1..]).take(reach) {
+                    *entry = -bias_weight * later;
                 }
+                variance -= bias_weight * coupled;
+                border[i] = coupled;
             }
-            // sigma[j] is the entry (i, i + j), j = 1..B; panels run over j − 1, one lane past the band being ignored.
-            let mut shifted = [0.0; B];
-            shifted[..B - 1].copy_from_slice(&sigma[1..]);
             for_each_panel!(B, |start, N| {
-                if let Some(target) = shifted[start..].first_chunk_mut::<N>() {
-                    // Source k = 1.. is row i + k; its entry (i + k, i + 1 + start) stands k − 1 − start left of the diagonal.
+                if let Some(target) = sigma[start..].first_chunk_mut::<N>() {
+                    // Row i + 1 + k has its entry with column i + 1 + start that much left of its diagonal: the starts of the
+                    // sources lie ld − 1 apart.
+                    let sources = below.get(Self::DIAGONAL + start..).unwrap_or_default().chunks(ld - 1);
                     subtract_sources(
                         target,
-                        below,
-                        (0..reach).map(|k| (weights[k + 1], k * (ld - 1) + Self::DIAGONAL + start)),
+                        sources
+                            .zip(&weights[..B - 1])
+                            .map_while(|(source, weight)| Some((*weight, source.first_chunk()?))),
                     );
                 }
             });
-            sigma[1..].copy_from_slice(&shifted[..B - 1]);
-            sigma[reach + 1..].fill(0.0);
-            let mut variance = scale * scale - bias_weight * coupled;
-            for (weight, entry) in weights[1..=reach].iter().zip(&sigma[1..=reach]) {
-                variance -= weight * entry;
-            }
-            sigma[0] = variance;
-            border[i] = coupled;
-            above[i * ld + Self::DIAGONAL..][..B].copy_from_slice(&sigma);
-            for (k, entry) in sigma[1..=reach].iter().enumerate() {
+            variance -= dot(&weights[..B - 1], sigma);
+            for (k, entry) in sigma.iter().enumerate().take(reach) {
                 // The entry (i + 1 + k, i) stands k + 1 left of its row's diagonal.
                 below[k * ld + Self::DIAGONAL - 1 - k] = *entry;
             }
+            upper[Self::DIAGONAL] = variance;
         }
         self.corner = bias_covariance;
     }
@@ -75,20 +70,18 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
     /// Mean step and variance of a row under the candidate: `φᵀ(μ − μ₋)` and `φᵀΣφ`.
     #[inline(always)]
     pub(crate) fn moments(&self, row: &[Entry], bias: f32) -> Moments {
-        let (mut mean, mut variance) = (bias * self.bias_step, bias * bias * self.corner);
-        for (i, a) in row.iter().enumerate() {
-            mean += a.value * self.step[a.index()];
-            let sigma = &self.work[a.index()].as_flattened()[Self::DIAGONAL..];
-            let mut inner = 0.5 * a.value * sigma[0];
-            for b in &row[i + 1..] {
-                inner += b.value * sigma[b.index() - a.index()];
-            }
-            if bias != 0.0 {
-                inner += bias * self.border[a.index()];
-            }
-            variance += 2.0 * a.value * inner;
+        let variance = quadratic_form(row, |i| self.work[i].as_flattened()[Self::DIAGONAL..].first_chunk::<B>());
+        let mut moments = Moments { mean: 0.0, variance };
+        for entry in row {
+            moments.mean += entry.value * self.step[entry.index()];
         }
-        Moments { mean, variance: variance.max(0.0) }
+        if bias != 0.0 {
+            let coupled: f32 = row.iter().map(|entry| entry.value * self.border[entry.index()]).sum();
+            moments.mean += bias * self.bias_step;
+            moments.variance += bias * (2.0 * coupled + bias * self.corner);
+        }
+        moments.variance = moments.variance.max(0.0);
+        moments
     }
 
     /// Copies the candidate's `Σ` out.
