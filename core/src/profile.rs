@@ -154,6 +154,12 @@ pub const PAPER: Profile = Profile {
     capacities: Capacities { tiles: 1, points: 32_768, rows: 32_768, touched: 1 },
 };
 
+impl core::fmt::Display for Profile {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
 /// Every profile.
 pub const ALL: [&Profile; 4] = [&INDOOR, &COMPACT, &OUTDOOR, &PAPER];
 

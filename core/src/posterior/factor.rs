@@ -7,31 +7,16 @@
 
 use super::{Band, NotPositiveDefinite, Rows, Scratch, rows::add_outer};
 
-/// Columns of a target row that are held in registers while its sources stream by.
-pub(super) const PANEL: usize = 40;
-
-/// The narrower panel for what remains of a row.
-pub(super) const NARROW: usize = 8;
-
-/// Calls `$body` with panels of [`PANEL`], then [`NARROW`], then single columns covering `0..$width`.
+/// Calls `$body` with panels of the given widths, as many of the first as fit, then of the second, …, covering `0..$width`:
+/// the columns of a target row that are held in registers while its sources stream by. The last width must be 1.
 macro_rules! for_each_panel {
-    ($width:expr, |$start:ident, $N:ident| $body:block) => {{
+    ($width:expr, [$($panel:literal),*], |$start:ident, $N:ident| $body:block) => {{
         let mut $start = 0;
-        while $start + PANEL <= $width {
-            const $N: usize = PANEL;
+        $(while $start + $panel <= $width {
+            const $N: usize = $panel;
             $body
-            $start += PANEL;
-        }
-        while $start + NARROW <= $width {
-            const $N: usize = NARROW;
-            $body
-            $start += NARROW;
-        }
-        while $start < $width {
-            const $N: usize = 1;
-            $body
-            $start += 1;
-        }
+            $start += $panel;
+        })*
     }};
 }
 pub(super) use for_each_panel;
@@ -116,7 +101,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         for i in 0..M {
             let (done, rest) = flat.split_at_mut(i * ld);
             let Some(row) = rest.first_chunk_mut::<B>() else { break };
-            for_each_panel!(B, |start, N| {
+            for_each_panel!(B, [24, 16, 8, 1], |start, N| {
                 if let Some(target) = row[start..].first_chunk_mut::<N>() {
                     // The row k above contributes U[i−k][k] times its own entries from column k on. These starts lie ld − 1
                     // apart, so that counted from the end the chunks of that length begin with them. It reaches B − k columns
