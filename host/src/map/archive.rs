@@ -4,17 +4,24 @@ use bhm_core::tile::{Archive, Tile, TileIndex};
 
 /// Keeps evicted tiles on the heap until they are brought back.
 ///
-/// A tile is either in the store or here. Boxes of tiles that went back are used again, so that a robot that moves to and
-/// fro allocates nothing.
+/// A tile is either in the store or here. The place of a tile that went back is kept for its return, so that the archive
+/// allocates once for every tile that was ever evicted, and not when a robot moves to and fro.
 #[derive(Debug)]
 pub struct TileArchive<const M: usize, const B: usize> {
-    tiles: BTreeMap<TileIndex<2>, Box<Tile<M, B>>>,
-    spare: Vec<Box<Tile<M, B>>>,
+    places: BTreeMap<TileIndex<2>, Place<M, B>>,
+    len: usize,
+}
+
+#[derive(Debug)]
+struct Place<const M: usize, const B: usize> {
+    tile: Box<Tile<M, B>>,
+    /// Whether the tile is here rather than in the store.
+    here: bool,
 }
 
 impl<const M: usize, const B: usize> Default for TileArchive<M, B> {
     fn default() -> Self {
-        Self { tiles: BTreeMap::new(), spare: Vec::new() }
+        Self { places: BTreeMap::new(), len: 0 }
     }
 }
 
@@ -22,39 +29,44 @@ impl<const M: usize, const B: usize> TileArchive<M, B> {
     /// Number of tiles kept.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.tiles.len()
+        self.len
     }
 
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.tiles.is_empty()
+        self.len == 0
     }
 
     /// The tile of that index, if it is here.
     #[must_use]
     pub fn get(&self, index: &TileIndex<2>) -> Option<&Tile<M, B>> {
-        self.tiles.get(index).map(|tile| &**tile)
+        self.places.get(index).filter(|place| place.here).map(|place| &*place.tile)
     }
 
     /// The tiles kept, in ascending order of index.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Tile<M, B>> {
-        self.tiles.values().map(|tile| &**tile)
+    pub fn iter(&self) -> impl Iterator<Item = &Tile<M, B>> {
+        self.places.values().filter(|place| place.here).map(|place| &*place.tile)
     }
 }
 
 impl<const M: usize, const B: usize> Archive<M, B> for TileArchive<M, B> {
     fn keep(&mut self, tile: &Tile<M, B>) -> bool {
-        let mut kept = self.spare.pop().unwrap_or_else(super::owned::zeroed_box);
-        kept.clone_from_in_place(tile);
-        self.tiles.insert(tile.index, kept);
+        let place = self
+            .places
+            .entry(tile.index)
+            .or_insert_with(|| Place { tile: super::owned::zeroed_box(), here: false });
+        place.tile.clone_from_in_place(tile);
+        self.len += usize::from(!place.here);
+        place.here = true;
         true
     }
 
     fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool {
-        let Some(kept) = self.tiles.remove(index) else { return false };
-        tile.clone_from_in_place(&kept);
-        self.spare.push(kept);
+        let Some(place) = self.places.get_mut(index).filter(|place| place.here) else { return false };
+        tile.clone_from_in_place(&place.tile);
+        place.here = false;
+        self.len -= 1;
         true
     }
 }
