@@ -52,10 +52,8 @@ impl<const M: usize, const B: usize> TileArchive<M, B> {
 
 impl<const M: usize, const B: usize> Archive<M, B> for TileArchive<M, B> {
     fn keep(&mut self, tile: &Tile<M, B>) -> bool {
-        let place = self
-            .places
-            .entry(tile.index)
-            .or_insert_with(|| Place { tile: super::owned::zeroed_box(), here: false });
+        let place =
+            self.places.entry(tile.index).or_insert_with(|| Place { tile: super::owned::zeroed_box(), here: false });
         place.tile.clone_from_in_place(tile);
         self.len += usize::from(!place.here);
         place.here = true;
