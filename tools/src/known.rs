@@ -4,8 +4,9 @@ use bhm_core::{geometry::Point, lattice::offsets, settings::Model, tile::Occupan
 use bhm_host::map::AnyMap;
 use bhm_tools::picture::Bounds;
 
-/// The part of the prior's variance below which a place counts as observed.
-pub(crate) const KNOWN_SHARE: f32 = 1e-2;
+/// The standard deviation of the log-odds at which knowledge ends: two of it are the whole way from "surely free" to "surely
+/// occupied". Observed places have 1 to 5, unobserved ones, from the usual wide prior, a hundred.
+pub(crate) const KNOWN_DEVIATION: f32 = 8.0;
 
 /// Judges what a map made with certain settings says.
 #[derive(Clone, Copy, Debug)]
@@ -19,14 +20,16 @@ impl<'a> Knowledge<'a> {
     }
 
     /// The variance of the log-odds at a point where nothing was ever observed; `None` where the map cannot reach.
-    pub(crate) fn prior_variance(&self, point_m: &Point<2>) -> Option<f32> {
+    fn prior_variance(&self, point_m: &Point<2>) -> Option<f32> {
         let features = self.model.basis.features(point_m)?;
         Some(self.model.prior.variance(features.values.iter().copied(), features.bias))
     }
 
-    /// Whether something was learned about the point: its variance is below [`KNOWN_SHARE`] of the prior's.
+    /// Whether something was learned about the point: its standard deviation is below [`KNOWN_DEVIATION`] and, lest a narrow
+    /// prior passes for knowledge, its variance below half the prior's.
     pub(crate) fn is_known(&self, point_m: &Point<2>, occupancy: &Occupancy) -> bool {
-        self.prior_variance(point_m).is_some_and(|prior| occupancy.variance < KNOWN_SHARE * prior)
+        self.prior_variance(point_m)
+            .is_some_and(|prior| occupancy.variance < (prior / 2.0).min(KNOWN_DEVIATION * KNOWN_DEVIATION))
     }
 }
 

@@ -54,6 +54,8 @@ struct Task {
     training: Training,
     test: TestPoints,
     held_out: String,
+    /// Beams of the training scans that were replaced by NaN.
+    beams_removed: u64,
     /// From the first scan to the last, where the stamps are the recorder's own.
     recorded_s: Option<f64>,
     max_range_m: Option<f32>,
@@ -94,9 +96,8 @@ impl Evaluate {
             Training::Scans(scans) => learn_scans(&mut *map, scans, &mut learned),
             Training::Points(scans) => learn_points(&mut *map, scans, options.profile.capacities.points, &mut learned),
         };
-        if let Training::Scans(_) = task.training {
-            info!("held-out beams are counted as dropped, not a number");
-        }
+        // They were NaN to the map, but they are not the log's fault.
+        learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(task.beams_removed);
         learned.warn(&options.profile);
         let learning_s = durations.iter().sum::<Duration>().as_secs_f64();
 
@@ -142,6 +143,7 @@ impl Evaluate {
                 split.test.points_m.len()
             ),
             test: split.test,
+            beams_removed: if self.holdout == Held::Beams { split.held as u64 } else { 0 },
             recorded_s: (real && span_ns > 0).then(|| span_ns as f64 / 1e9),
             max_range_m: Some(report.max_range_m),
         })
@@ -165,6 +167,7 @@ fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
         held_out: format!("{} points of {}", points.points_m.len(), test.display()),
         training: Training::Points(training.scans),
         test: points,
+        beams_removed: 0,
         recorded_s: None,
         max_range_m: None,
     })

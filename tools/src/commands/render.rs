@@ -11,15 +11,12 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::{
-    known::Knowledge,
+    known::{KNOWN_DEVIATION, Knowledge},
     output::{Output, Usage, table},
 };
 
 /// Blank space around what was observed, metres.
 const MARGIN_M: f32 = 1.0;
-
-/// The standard deviation of the log-odds drawn in the last colour: at twice it, one observation still decides everything.
-const DEVIATION_SHOWN: f32 = 8.0;
 
 /// Draw a map as PNG, with scale, colour bar and the robot's path
 #[derive(Args, Debug)]
@@ -50,7 +47,7 @@ pub(crate) struct Render {
 enum What {
     /// The probability of occupancy
     Probability,
-    /// The standard deviation of the log-odds: how little is known
+    /// The standard deviation of the log-odds: how little is known; the last colour is the unknown
     Deviation,
 }
 
@@ -77,7 +74,7 @@ impl Render {
             title: self.title.as_deref().unwrap_or(&file_name),
             field: match self.what {
                 What::Probability => Field::PROBABILITY,
-                What::Deviation => Field::standard_deviation(DEVIATION_SHOWN),
+                What::Deviation => Field::standard_deviation(KNOWN_DEVIATION),
             },
             path_m: if self.no_path { &[] } else { &extras.path_m },
         };

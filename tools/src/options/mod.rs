@@ -47,7 +47,7 @@ impl MapOptions {
     /// [`Usage`] for options that contradict themselves, whatever they come from; if the file cannot be read.
     pub(crate) fn effective(&self) -> anyhow::Result<Option<Effective>> {
         let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
-        let merged = self.values.clone().or(file.as_ref().map(|(_, values)| values.clone()).unwrap_or_default());
+        let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
         let effective = merged.effective().map_err(|problem| match &file {
             // The file's fault if it says so on its own.
             Some((path, values)) if values.effective().as_ref() == Err(&problem) => {

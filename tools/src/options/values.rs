@@ -68,7 +68,7 @@ pub(crate) struct MapValues {
 
 impl MapValues {
     /// These, and where they are silent, `other`'s.
-    pub(super) fn or(self, other: Self) -> Self {
+    pub(super) fn or(&self, other: &Self) -> Self {
         Self {
             profile: self.profile.or(other.profile),
             spacing: self.spacing.or(other.spacing),
