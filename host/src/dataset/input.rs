@@ -35,7 +35,7 @@ pub(super) fn plain_or_gzip<'a>(mut reader: impl BufRead + 'a) -> io::Result<Box
 }
 
 /// What a file looks like from its first bytes, in words for an error message.
-pub(super) fn describe(head: &[u8]) -> String {
+pub(crate) fn describe(head: &[u8]) -> String {
     if head.is_empty() {
         return "an empty file".to_owned();
     }

@@ -32,6 +32,7 @@ use std::path::Path;
 pub use carmen::CarmenLog;
 pub use damage::{Damage, DamageReason, MAX_DAMAGE_KEPT};
 pub use error::DatasetError;
+pub(crate) use input::describe;
 pub use max_range::no_return_range_m;
 pub use points::{LabelledPoints, PointLog, PointReport};
 
@@ -126,7 +127,7 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<ScanLog, DatasetEr
         Some(format) => format.read(&mut *reader, path, options),
         None => {
             let names: Vec<&str> = SCAN_FORMATS.iter().map(|format| format.name()).collect();
-            Err(DatasetError::wrong_content(path, names.join(" or "), input::describe(head)))
+            Err(DatasetError::wrong_content(path, names.join(" or "), describe(head)))
         }
     }
 }

@@ -1,18 +1,24 @@
+use std::io;
+
 use bhm_core::{
     geometry::Point,
     mapper::{IntegrateReport, ScanRejected},
-    profile::Profile,
+    profile::{Capacities, Profile},
     scan::Scan,
     settings::{Settings, SettingsError},
     tile::{Occupancy, OccupancyGradient, TileIndex},
 };
 
-use super::OwnedMapper;
+use super::{CapacityError, OwnedMapper, PosteriorDigest, posterior_digest};
+use crate::snapshot::{self, Extras};
 
 /// A map of any compiled shape, for programs that learn its shape at run time.
 pub trait AnyMap: Send {
     /// What it was made with.
     fn settings(&self) -> &Settings;
+
+    /// How much memory it was given.
+    fn capacities(&self) -> &Capacities;
 
     /// Learns a scan.
     ///
@@ -43,11 +49,24 @@ pub trait AnyMap: Send {
 
     /// Scans integrated since the map began, and the newest stamp, nanoseconds.
     fn progress(&self) -> (u64, u64);
+
+    /// What distinguishes what it has learned from what another map has, bit for bit.
+    fn digest(&self) -> PosteriorDigest;
+
+    /// Writes it in the format of [`snapshot`]; [`snapshot::save`] writes a file.
+    ///
+    /// # Errors
+    /// If `to` cannot be written to.
+    fn write_snapshot(&self, extras: &Extras, to: &mut dyn io::Write) -> io::Result<()>;
 }
 
 impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
     fn settings(&self) -> &Settings {
         self.mapper().settings()
+    }
+
+    fn capacities(&self) -> &Capacities {
+        self.capacities()
     }
 
     fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
@@ -71,10 +90,7 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
     }
 
     fn tile_indices(&self) -> Vec<TileIndex<2>> {
-        let mut indices: Vec<_> =
-            self.mapper().tiles().iter().chain(self.archive().iter()).map(|tile| tile.index).collect();
-        indices.sort_unstable();
-        indices
+        self.all_tiles().iter().map(|tile| tile.index).collect()
     }
 
     fn bytes(&self) -> (usize, usize) {
@@ -84,6 +100,14 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
     fn progress(&self) -> (u64, u64) {
         (self.mapper().scans(), self.mapper().newest_stamp_ns())
     }
+
+    fn digest(&self) -> PosteriorDigest {
+        posterior_digest(self.all_tiles().into_iter().map(|tile| (tile.index, tile.posterior.view())))
+    }
+
+    fn write_snapshot(&self, extras: &Extras, to: &mut dyn io::Write) -> io::Result<()> {
+        snapshot::write(self, extras, to)
+    }
 }
 
 /// Why a map could not be opened.
@@ -92,6 +116,9 @@ pub enum UnknownShape {
     /// The settings contradict themselves.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// More memory than a map may ask for.
+    #[error(transparent)]
+    Capacity(#[from] CapacityError),
     /// No program was compiled for tiles of this shape.
     #[error("tiles of {supports} supports in a band of {band} are not compiled in; compiled are {compiled:?}")]
     Shape {
@@ -107,11 +134,12 @@ pub enum UnknownShape {
 /// An empty map of the profile's shape.
 ///
 /// # Errors
-/// Settings that contradict themselves, or need a shape that is not compiled in.
+/// Settings that contradict themselves, need a shape that is not compiled in, or ask for too much memory.
 pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
     let model = profile.settings.model()?;
     let window = model.tiling.window(&[0, 0]);
     let shape = (window.supports(), window.band(profile.settings.stencil));
+    super::capacity::check(&profile.capacities, shape)?;
     macro_rules! open_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
             match shape {

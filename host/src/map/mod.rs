@@ -1,9 +1,16 @@
-//! Maps in a computer's memory: a [`Mapper`] that owns what it works in, and an archive for what its store cannot hold.
+//! Maps in a computer's memory: a [`Mapper`](bhm_core::mapper::Mapper) that owns what it works in, and an archive for what its
+//! store cannot hold.
 
 mod any;
 mod archive;
+mod capacity;
+mod digest;
 mod owned;
 
 pub use any::{AnyMap, UnknownShape, open};
 pub use archive::TileArchive;
+pub(crate) use capacity::check as check_capacities;
+pub use capacity::{CapacityError, MAX_TILE_BYTES};
+pub use digest::{PosteriorDigest, posterior_digest};
+pub(crate) use owned::zeroed_box;
 pub use owned::{Everywhere, OwnedMapper};

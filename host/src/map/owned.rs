@@ -26,7 +26,7 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for Tile<M, B> {}
 unsafe impl<const M: usize, const B: usize> PlainNumbers for Scratch<M, B> {}
 
 #[expect(private_bounds, reason = "the trait is this module's own list of types that may be zeroed")]
-pub(super) fn zeroed_box<T: PlainNumbers>() -> Box<T> {
+pub(crate) fn zeroed_box<T: PlainNumbers>() -> Box<T> {
     // SAFETY: the bytes are zero, which `PlainNumbers` says is a value of T.
     unsafe { Box::<T>::new_zeroed().assume_init() }
 }
@@ -95,6 +95,7 @@ pub struct OwnedMapper<const M: usize, const B: usize> {
     mapper: Mapper<'static, M, B>,
     archive: TileArchive<M, B>,
     storage: NonNull<Storage<M, B>>,
+    capacities: Capacities,
     bytes: usize,
 }
 
@@ -113,7 +114,9 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
         // the last use of the mapper, and no method hands the mapper out with the lifetime 'static.
         let memory = unsafe { (*storage.as_ptr()).lend() };
         match Mapper::new(profile.settings, memory) {
-            Ok(mapper) => Ok(Self { mapper, archive: TileArchive::default(), storage, bytes }),
+            Ok(mapper) => {
+                Ok(Self { mapper, archive: TileArchive::default(), storage, capacities: profile.capacities, bytes })
+            }
             Err(error) => {
                 // SAFETY: leaked above, and the mapper that borrowed it does not exist.
                 drop(unsafe { Box::from_raw(storage.as_ptr()) });
@@ -132,6 +135,20 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     #[must_use]
     pub fn archive(&self) -> &TileArchive<M, B> {
         &self.archive
+    }
+
+    /// How much memory it was given.
+    #[must_use]
+    pub fn capacities(&self) -> &Capacities {
+        &self.capacities
+    }
+
+    /// Every tile, resident or archived, in ascending order of index.
+    #[must_use]
+    pub fn all_tiles(&self) -> Vec<&Tile<M, B>> {
+        let mut tiles: Vec<_> = self.mapper.tiles().iter().chain(self.archive.iter()).collect();
+        tiles.sort_unstable_by_key(|tile| tile.index);
+        tiles
     }
 
     /// Bytes allocated at the start: everything but the archive.
@@ -181,9 +198,14 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     pub fn resume<'t>(&mut self, scans: u64, newest_stamp_ns: u64, tiles: impl IntoIterator<Item = &'t Tile<M, B>>) {
         self.mapper.resume(scans, newest_stamp_ns);
         for tile in tiles {
-            if self.mapper.restore_tile(tile).is_err() {
-                self.archive.keep(tile);
-            }
+            self.restore_tile(tile);
+        }
+    }
+
+    /// Puts a saved tile back: into the store while it has room, else into the archive.
+    pub fn restore_tile(&mut self, tile: &Tile<M, B>) {
+        if self.mapper.restore_tile(tile).is_err() {
+            self.archive.keep(tile);
         }
     }
 }

@@ -1,0 +1,119 @@
+use std::cmp::Reverse;
+
+use bhm_core::profile::Profile;
+
+use super::{CHECKSUM_BYTES, Extras, MAGIC, PREFIX_BYTES, Snapshot, SnapshotError, VERSION, header::Header, record};
+use crate::{
+    dataset::describe,
+    map::{OwnedMapper, UnknownShape, check_capacities, zeroed_box},
+};
+
+/// The bytes before the header.
+pub(super) struct Prefix {
+    /// Of the file, bytes.
+    pub(super) length: u64,
+    header_bytes: usize,
+}
+
+impl Prefix {
+    /// Reads it from the beginning of a file.
+    pub(super) fn of(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let expected = PREFIX_BYTES as u64;
+        let cut = SnapshotError::Cut { expected, found: bytes.len() as u64 };
+        let Some(rest) = bytes.strip_prefix(&MAGIC) else {
+            // Cut within the magic, it is still a piece of a map file.
+            let cut_magic = !bytes.is_empty() && MAGIC.starts_with(bytes);
+            return Err(if cut_magic { cut } else { SnapshotError::NotAMap { found: describe(bytes) } });
+        };
+        let (version, rest) = take::<4>(rest).ok_or_else(|| cut.clone())?;
+        let version = u32::from_le_bytes(version);
+        if version != VERSION {
+            return Err(SnapshotError::Version { found: version });
+        }
+        let (length, rest) = take::<8>(rest).ok_or_else(|| cut.clone())?;
+        let (header_bytes, _) = take::<4>(rest).ok_or(cut)?;
+        Ok(Self { length: u64::from_le_bytes(length), header_bytes: u32::from_le_bytes(header_bytes) as usize })
+    }
+}
+
+fn take<const N: usize>(bytes: &[u8]) -> Option<([u8; N], &[u8])> {
+    bytes.split_first_chunk().map(|(first, rest)| (*first, rest))
+}
+
+/// Reads a map from the bytes of a map file.
+///
+/// # Errors
+/// What [`SnapshotError`] names; no bytes make this panic, or allocate much more than a map of the stated capacities takes.
+pub fn decode(bytes: &[u8]) -> Result<Snapshot, SnapshotError> {
+    let prefix = Prefix::of(bytes)?;
+    let found = bytes.len() as u64;
+    if found < prefix.length {
+        return Err(SnapshotError::Cut { expected: prefix.length, found });
+    }
+    if found > prefix.length {
+        return Err(SnapshotError::TooLong { expected: prefix.length });
+    }
+    let no_room = || SnapshotError::HeaderValue { name: "length", expected: "one that fits the file" };
+    let (content, stored) = bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or_else(no_room)?;
+    let (stored, computed) = (u32::from_le_bytes(*stored), crc32fast::hash(content));
+    if stored != computed {
+        return Err(SnapshotError::Checksum { stored, computed });
+    }
+    let body = content.get(PREFIX_BYTES..).ok_or_else(no_room)?;
+    let (header, records) = body.split_at_checked(prefix.header_bytes).ok_or_else(no_room)?;
+    let (header, rest) = postcard::take_from_bytes::<Header>(header)
+        .map_err(|error| SnapshotError::Header { reason: error.to_string() })?;
+    if !rest.is_empty() {
+        return Err(no_room());
+    }
+    header.check()?;
+    build(header, records)
+}
+
+/// Builds the map of a header whose values are plausible, if there is one of its shape.
+fn build(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
+    let model = header.settings.model().map_err(UnknownShape::from)?;
+    let window = model.tiling.window(&[0, 0]);
+    let shape = (window.supports(), window.band(header.settings.stencil));
+    if (header.shape[0] as usize, header.shape[1] as usize) != shape {
+        return Err(SnapshotError::HeaderValue { name: "shape", expected: "that of the settings" });
+    }
+    header.check_indices(&model.tiling)?;
+    check_capacities(&header.capacities, shape).map_err(UnknownShape::from)?;
+    // Each record is as long as a key is small: this bounds the number of tiles by the length of the file.
+    if header.tiles.len().checked_mul(record::record_bytes(shape.0, shape.1)) != Some(records.len()) {
+        return Err(SnapshotError::HeaderValue {
+            name: "number of tiles",
+            expected: "that of the records that follow",
+        });
+    }
+    macro_rules! build_shape {
+        ($(($m:literal, $b:literal)),* $(,)?) => {
+            match shape {
+                $(($m, $b) => restore::<$m, $b>(header, records),)*
+                (supports, band) => {
+                    Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }.into())
+                }
+            }
+        };
+    }
+    bhm_core::for_each_shape!(build_shape)
+}
+
+fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
+    let Header { settings, capacities, profile, path_m, scans, newest_stamp_ns, tiles, .. } = header;
+    let named = Profile { name: "", purpose: "", settings, capacities };
+    let mut map = OwnedMapper::<M, B>::new(&named).map_err(UnknownShape::from)?;
+    map.resume(scans, newest_stamp_ns, []);
+    let mut keyed: Vec<_> = tiles.iter().zip(records.chunks_exact(record::record_bytes(M, B))).collect();
+    // The store evicts the least recently touched, the lowest index first: what it held are the last in that order.
+    keyed.sort_unstable_by_key(|(key, _)| Reverse((key.touched_at, key.index)));
+    let mut tile = zeroed_box::<bhm_core::tile::Tile<M, B>>();
+    for (key, record) in keyed {
+        (tile.index, tile.updates, tile.touched_at) = (key.index, key.updates, key.touched_at);
+        record::read(record, &mut tile.posterior)
+            .map_err(|expected| SnapshotError::Tile { index: key.index, expected })?;
+        map.restore_tile(&tile);
+    }
+    Ok(Snapshot { map: Box::new(map), extras: Extras { profile, path_m } })
+}

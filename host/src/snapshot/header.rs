@@ -1,0 +1,93 @@
+use bhm_core::{
+    lattice::MAX_NODE,
+    profile::Capacities,
+    rule::{AnyRule, XiStart},
+    settings::Settings,
+    tile::{TileIndex, Tiling},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    SnapshotError,
+    settings::{CapacitiesDef, SettingsDef},
+};
+
+/// Widest tile, in supports a side, that is considered at all: far beyond any that is compiled, so that sizes cannot overflow.
+const MAX_SIDE: usize = 1 << 12;
+
+/// Longest name of a profile, bytes.
+const MAX_NAME_BYTES: usize = 64;
+
+/// Everything but the posteriors.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Header {
+    /// `M` and `B`.
+    pub(super) shape: [u32; 2],
+    #[serde(with = "SettingsDef")]
+    pub(super) settings: Settings,
+    #[serde(with = "CapacitiesDef")]
+    pub(super) capacities: Capacities,
+    pub(super) profile: String,
+    pub(super) path_m: Vec<[f32; 2]>,
+    pub(super) scans: u64,
+    pub(super) newest_stamp_ns: u64,
+    /// Ascending by index.
+    pub(super) tiles: Vec<TileKey>,
+}
+
+/// What a tile is besides its posterior.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct TileKey {
+    pub(super) index: TileIndex<2>,
+    pub(super) updates: u64,
+    pub(super) touched_at: u64,
+}
+
+impl Header {
+    /// What no map's header says, found before anything is built from it.
+    pub(super) fn check(&self) -> Result<(), SnapshotError> {
+        let settings = &self.settings;
+        let sides = settings.tile_width.iter().chain(&settings.tile_stride);
+        for (name, expected, good) in [
+            ("tile size", "at most 4096 supports a side", sides.clone().all(|side| *side <= MAX_SIDE)),
+            ("stencil", "at most 4096 supports a side", settings.stencil <= MAX_SIDE),
+            ("update rule", "positive numbers", rule_is_usable(&settings.rule)),
+            ("profile", "a name of at most 64 bytes", is_name(&self.profile)),
+            ("path", "finite numbers", self.path_m.as_flattened().iter().all(|metres| metres.is_finite())),
+            ("tiles", "each once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
+            ("tiles", "none touched after the last scan", self.tiles.iter().all(|t| t.touched_at <= self.scans)),
+        ] {
+            if !good {
+                return Err(SnapshotError::HeaderValue { name, expected });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether every tile is one that the tiling has.
+    pub(super) fn check_indices(&self, tiling: &Tiling<2>) -> Result<(), SnapshotError> {
+        let reachable = |index: &TileIndex<2>| {
+            index.iter().zip(tiling.stride).zip(tiling.width).all(|((at, stride), width)| {
+                (i64::from(*at) * stride as i64).abs() <= i64::from(MAX_NODE) + width as i64
+            })
+        };
+        match self.tiles.iter().find(|tile| !reachable(&tile.index) || !tiling.contains(&tile.index)) {
+            Some(tile) => Err(SnapshotError::Tile { index: tile.index, expected: "a place within the map's limits" }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    name.len() <= MAX_NAME_BYTES && !name.chars().any(char::is_control)
+}
+
+fn rule_is_usable(rule: &AnyRule) -> bool {
+    let xi = match rule {
+        AnyRule::GaussianVariational(rule) => rule.xi_cap,
+        AnyRule::JaakkolaJordan(rule) => match rule.start {
+            XiStart::Constant(xi) | XiStart::PredictedUpTo(xi) => xi,
+        },
+    };
+    xi > 0.0 && xi.is_finite()
+}

@@ -1,0 +1,218 @@
+//! What a map file promises: the map goes on as if never saved, and no bytes are taken for one that are none.
+
+use std::path::Path;
+
+use bhm_core::{
+    geometry::Point,
+    kernel::KernelChoice,
+    profile::{self, Profile},
+};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+use super::*;
+use crate::map::{self, PosteriorDigest};
+use crate::sim::Scene;
+
+fn extras() -> Extras {
+    Extras { profile: "compact".to_owned(), path_m: vec![[0.5, -1.0], [0.75, -1.25]] }
+}
+
+/// A map of a few tiles, and the bytes of its file.
+fn small(points: usize) -> (Box<dyn AnyMap>, Vec<u8>) {
+    let mut map = map::open(&profile::COMPACT).unwrap();
+    let points_m: Vec<Point<2>> = (0..points).map(|i| Point::<2>::new(2.0 + 0.01 * i as f32, 2.0)).collect();
+    let occupied: Vec<bool> = (0..points).map(|i| i % 3 == 0).collect();
+    map.integrate_points(&points_m, &occupied).unwrap();
+    let bytes = encoded(&*map, &extras());
+    (map, bytes)
+}
+
+fn encoded(map: &dyn AnyMap, extras: &Extras) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    map.write_snapshot(extras, &mut bytes).unwrap();
+    bytes
+}
+
+/// Makes the checksum (and, if it fits, the length) right again after bytes were changed.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let length = (bytes.len() as u64).to_le_bytes();
+    if let Some(stated) = bytes.get_mut(12..20) {
+        stated.copy_from_slice(&length);
+    }
+    if let Some((content, checksum)) = bytes.split_last_chunk_mut::<CHECKSUM_BYTES>() {
+        *checksum = crc32fast::hash(content).to_le_bytes();
+    }
+    bytes
+}
+
+fn problem(bytes: &[u8]) -> SnapshotError {
+    decode(bytes).err().expect("no usable map")
+}
+
+/// Drives half of a simulated route, goes through a file or not, and drives the rest.
+fn half_and_half(profile: &Profile, through_file: Option<&Path>) -> (PosteriorDigest, Vec<String>, Vec<u8>) {
+    let scans: Vec<_> = Scene::named("building").unwrap().simulate(3).step_by(40).collect();
+    let (first, second) = scans.split_at(scans.len() / 2);
+    let mut map = map::open(profile).unwrap();
+    for scan in first {
+        map.integrate(&scan.as_scan()).unwrap();
+    }
+    if let Some(path) = through_file {
+        save(path, &*map, &extras()).unwrap();
+        let snapshot = load(path).unwrap();
+        assert_eq!((snapshot.map.digest(), &snapshot.extras), (map.digest(), &extras()));
+        assert_eq!((snapshot.map.progress(), snapshot.map.tile_counts()), (map.progress(), map.tile_counts()));
+        assert_eq!((snapshot.map.settings(), snapshot.map.capacities()), (map.settings(), map.capacities()));
+        assert_eq!(snapshot.map.tile_indices(), map.tile_indices());
+        map = snapshot.map;
+    }
+    let reports = second.iter().map(|scan| format!("{:?}", map.integrate(&scan.as_scan()).unwrap())).collect();
+    (map.digest(), reports, encoded(&*map, &extras()))
+}
+
+#[test]
+fn a_loaded_map_goes_on_as_if_never_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.bhm");
+    let wide = profile::COMPACT.settings.with_kernel(KernelChoice::SquaredExponential);
+    let biased = Profile { settings: bhm_core::settings::Settings { bias: true, ..wide }, ..profile::COMPACT };
+    for profile in [profile::COMPACT, biased] {
+        for tiles in [64, 7] {
+            let capacities = profile::Capacities { tiles, ..profile.capacities };
+            let profile = Profile { capacities, ..profile };
+            // Reports too: the same tiles come back from the archive at the same scans.
+            assert!(half_and_half(&profile, None) == half_and_half(&profile, Some(&path)), "{tiles} slots");
+        }
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+}
+
+#[test]
+fn every_cut_is_noticed() {
+    let (_, bytes) = small(30);
+    assert!(decode(&bytes).is_ok());
+    for length in 0..bytes.len() {
+        let expected = if length < PREFIX_BYTES { PREFIX_BYTES } else { bytes.len() } as u64;
+        match problem(&bytes[..length]) {
+            SnapshotError::NotAMap { found } => assert_eq!((length, found.as_str()), (0, "an empty file")),
+            cut => assert_eq!(cut, SnapshotError::Cut { expected, found: length as u64 }),
+        }
+        // As if it had been written so: it is then the contents that do not fit.
+        let _ = problem(&sealed(bytes[..length].to_vec()));
+    }
+    let longer = [&bytes[..], b"x"].concat();
+    assert_eq!(problem(&longer), SnapshotError::TooLong { expected: bytes.len() as u64 });
+}
+
+#[test]
+fn every_flipped_bit_is_noticed() {
+    let (_, mut bytes) = small(1);
+    for at in 0..bytes.len() {
+        for bit in 0..8 {
+            bytes[at] ^= 1 << bit;
+            let problem = problem(&bytes);
+            match at {
+                0..8 => assert!(matches!(problem, SnapshotError::NotAMap { .. })),
+                8..12 => assert_eq!(problem, SnapshotError::Version { found: 1 ^ (1 << (bit + 8 * (at - 8))) }),
+                12..20 => assert!(matches!(problem, SnapshotError::Cut { .. } | SnapshotError::TooLong { .. })),
+                _ => assert!(matches!(problem, SnapshotError::Checksum { .. })),
+            }
+            bytes[at] ^= 1 << bit;
+        }
+    }
+}
+
+#[test]
+fn a_header_that_lies_is_refused_even_with_a_right_checksum() {
+    let (map, bytes) = small(0);
+    // An empty map: the header is all there is, and every byte of it counts.
+    for at in PREFIX_BYTES..bytes.len() - CHECKSUM_BYTES {
+        for value in 0..=u8::MAX {
+            let mut changed = bytes.clone();
+            changed[at] = value;
+            // Another name or place is as good as the first; what matters is that nothing panics or is sized by it.
+            if let Ok(snapshot) = decode(&sealed(changed)) {
+                let (bytes, _) = snapshot.map.bytes();
+                assert!(bytes < 2 * map::MAX_TILE_BYTES);
+            }
+        }
+    }
+    drop(map);
+}
+
+#[test]
+fn tiles_with_impossible_values_are_refused() {
+    let (map, bytes) = small(1);
+    let (tiles, tile) = (map.tile_indices().len(), record::record_bytes(144, 40));
+    let first = bytes.len() - CHECKSUM_BYTES - tiles * tile;
+    for (at, value, expected) in [
+        (first, f32::NAN, "finite numbers"),
+        (first + 4, f32::INFINITY, "finite numbers"),
+        (first, 0.0, "positive precisions and variances"),
+        (first + 144 * 40 * 4, -1.0, "positive precisions and variances"),
+    ] {
+        let mut changed = bytes.clone();
+        changed[at..at + 4].copy_from_slice(&f32::to_le_bytes(value));
+        assert_eq!(problem(&sealed(changed)), SnapshotError::Tile { index: map.tile_indices()[0], expected });
+    }
+}
+
+#[test]
+fn what_is_no_map_file_is_named_with_its_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("what.bhm");
+    for (bytes, says) in [
+        (&b""[..], "expected a map file, found an empty file"),
+        (b"FLASER 2 1 1", "expected a map file, found text beginning with `FLASER 2 1 1`"),
+        (b"BHM map\n\x02\0\0\0", "format version 2, only 1 is understood"),
+        (b"BHM map\n\x01", "cut short at byte 9 of 24"),
+    ] {
+        std::fs::write(&path, bytes).unwrap();
+        let error = load(&path).err().unwrap().to_string();
+        assert_eq!(error, format!("{}: {says}", path.display()));
+    }
+    assert!(matches!(load(folder.path()), Err(MapFileError::Unreadable { .. })));
+    assert!(matches!(load(&folder.path().join("absent")), Err(MapFileError::Unreadable { .. })));
+    let (map, _) = small(1);
+    assert!(matches!(
+        save(&folder.path().join("no/folder.bhm"), &*map, &extras()),
+        Err(MapFileError::Unwritable { .. })
+    ));
+    assert!(matches!(save(folder.path(), &*map, &extras()), Err(MapFileError::Unwritable { .. })));
+}
+
+fn seeded(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(0x6268_6d02), failure_persistence: None, ..Default::default() }
+}
+
+proptest! {
+    #![proptest_config(seeded(256))]
+
+    #[test]
+    fn any_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..400), header in any::<u16>()) {
+        prop_assert!(decode(&bytes).is_err());
+        let prefix = [&MAGIC[..], &VERSION.to_le_bytes(), &[0; 8], &u32::from(header % 400).to_le_bytes()].concat();
+        prop_assert!(decode(&sealed([&prefix[..], &bytes].concat())).is_err());
+    }
+
+    #[test]
+    fn damage_under_a_right_checksum_never_panics(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let (_, bytes) = small(3);
+        let header_end = bytes.len() - CHECKSUM_BYTES;
+        let mut changed = bytes.clone();
+        for (index, value) in changes {
+            // Most of them in the header, which decides how the rest is read.
+            changed[PREFIX_BYTES + index.index(300.min(header_end - PREFIX_BYTES))] = value;
+        }
+        if let Ok(mut snapshot) = decode(&sealed(changed.clone())) {
+            let _ = snapshot.map.integrate_points(&[Point::<2>::new(1.0, 1.0)], &[true]);
+            let _ = snapshot.map.gradient(&Point::<2>::new(2.0, 2.0));
+        }
+        changed.truncate(cut.index(changed.len()));
+        prop_assert!(decode(&sealed(changed)).is_err());
+    }
+}

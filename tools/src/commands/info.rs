@@ -1,0 +1,84 @@
+use std::{fs, path::PathBuf};
+
+use bhm_core::profile::{self, Profile};
+use bhm_host::snapshot::{self, Extras, Snapshot};
+use bhm_tools::picture::Bounds;
+use clap::Args;
+use serde::Serialize;
+
+use crate::{
+    known::Knowledge,
+    options::{Effective, MapValues},
+    output::{Output, bytes, table},
+};
+
+/// Say what a map file holds
+#[derive(Args, Debug)]
+pub(crate) struct Info {
+    /// Map file
+    map: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Facts {
+    format_version: u32,
+    bytes: u64,
+    /// Checksum of means and covariances: equal for maps that are equal bit for bit.
+    posterior: String,
+    scans: u64,
+    newest_stamp_ns: u64,
+    tiles: usize,
+    tile_bytes: usize,
+    /// Around everything that was observed; null if nothing was.
+    observed_m: Option<Observed>,
+    path_points: usize,
+    path_length_m: f32,
+    profile: String,
+    settings: MapValues,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Observed {
+    min: [f32; 2],
+    max: [f32; 2],
+}
+
+impl Info {
+    pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+        let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
+        let model = map.settings().model()?;
+        let (scans, newest_stamp_ns) = map.progress();
+        let observed = Knowledge::of(&model).observed(&*map).map(|Bounds { min, max }| Observed { min, max });
+        let name = profile::named(&profile).map_or("", |profile| profile.name);
+        let made_with = Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() };
+        let facts = Facts {
+            format_version: snapshot::VERSION,
+            bytes: fs::metadata(&self.map)?.len(),
+            posterior: map.digest().to_string(),
+            scans,
+            newest_stamp_ns,
+            tiles: map.tile_indices().len(),
+            tile_bytes: map.bytes().1,
+            observed_m: observed,
+            path_points: path_m.len(),
+            path_length_m: path_m.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum(),
+            profile,
+            settings: MapValues::of(&Effective { profile: made_with, max_range_m: None }),
+        };
+        let settings = toml::to_string(&facts.settings)?;
+        output.result(&facts, || {
+            let area = |Observed { min, max }| {
+                format!("x {:.1} to {:.1} m, y {:.1} to {:.1} m", min[0], max[0], min[1], max[1])
+            };
+            let rows = table(&[
+                ("file", format!("format version {}, {}", facts.format_version, bytes(facts.bytes as usize))),
+                ("posterior", facts.posterior.clone()),
+                ("scans", format!("{scans}, the newest at {newest_stamp_ns} ns")),
+                ("tiles", format!("{} of {}", facts.tiles, bytes(facts.tile_bytes))),
+                ("observed", facts.observed_m.map_or("nothing".to_owned(), area)),
+                ("path", format!("{} points, {:.1} m", facts.path_points, facts.path_length_m)),
+            ]);
+            format!("{rows}\n# made with\n{settings}")
+        })
+    }
+}

@@ -1,0 +1,36 @@
+//! One file per subcommand: its options, and `run`. A new one is its file, its `mod` line, and its line in the list.
+
+mod build;
+mod completions;
+mod evaluate;
+mod info;
+mod query;
+mod render;
+
+use crate::output::Output;
+
+macro_rules! commands {
+    ($($command:ident in $module:ident),* $(,)?) => {
+        /// What can be done.
+        #[derive(Debug, clap::Subcommand)]
+        pub(crate) enum Command {
+            $($command($module::$command)),*
+        }
+
+        impl Command {
+            /// Does it.
+            pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+                match self { $(Self::$command(command) => command.run(output)),* }
+            }
+        }
+    };
+}
+
+commands! {
+    Build in build,
+    Query in query,
+    Render in render,
+    Info in info,
+    Evaluate in evaluate,
+    Completions in completions,
+}

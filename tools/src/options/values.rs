@@ -1,0 +1,160 @@
+use bhm_core::{
+    beam::AnyBeamRule,
+    kernel::KernelChoice,
+    profile::{self, Profile},
+    rule::AnyRule,
+    settings::Settings,
+};
+use clap::{Args, builder::BoolishValueParser};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Effective,
+    choice::{Choice, parser},
+};
+
+/// Most tiles of one scan, and tile slots, that a finer spacing asks for by itself.
+const MAX_SCALED_TILES: usize = 1 << 14;
+
+/// What may be chosen: flags, and the keys of a configuration file. What is absent is the profile's.
+#[derive(Args, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(crate) struct MapValues {
+    /// Named defaults for everything below [default: indoor]
+    #[arg(long, env = "BHM_PROFILE", value_parser = parser::<&'static Profile>(), value_name = "NAME")]
+    profile: Option<Choice<&'static Profile>>,
+    /// Distance between supports, metres: the finest detail. Half of it needs four times as many tiles; lengths of the
+    /// sensor (--gap, --free-spacing, ranges) stay as they are, and a bounded area (profile paper) shrinks with it
+    #[arg(long, env = "BHM_SPACING", value_name = "M")]
+    spacing: Option<f32>,
+    /// How far a support reaches
+    #[arg(long, env = "BHM_KERNEL", value_parser = parser::<KernelChoice>(), value_name = "NAME")]
+    kernel: Option<Choice<KernelChoice>>,
+    /// How observations are weighed
+    #[arg(long, env = "BHM_RULE", value_parser = parser::<AnyRule>(), value_name = "NAME")]
+    rule: Option<Choice<AnyRule>>,
+    /// Passes over each scan: more gain accuracy and take time
+    #[arg(long, env = "BHM_PASSES", value_name = "N")]
+    passes: Option<u32>,
+    /// Precision of each weight before any scan; smaller lets a single beam decide more
+    #[arg(long, env = "BHM_PRIOR_PRECISION", value_name = "X")]
+    prior_precision: Option<f32>,
+    /// Whether the map has a bias, one weight common to all places: on or off
+    #[arg(long, env = "BHM_BIAS", value_parser = BoolishValueParser::new(), value_name = "ON|OFF")]
+    bias: Option<bool>,
+    /// Part of what a tile knows that it keeps when new data arrives in it; 1 forgets nothing
+    #[arg(long, env = "BHM_FORGETTING", value_name = "X")]
+    forgetting: Option<f32>,
+    /// The sensor's maximum range, metres: readings at and beyond it mean that nothing returned [default: stated by the
+    /// data, or found from the log and printed]
+    #[arg(long, env = "BHM_MAX_RANGE", value_name = "M")]
+    max_range: Option<f32>,
+    /// Longest range that is believed, metres: a hit beyond it says that the beam was free up to here
+    #[arg(long, env = "BHM_RANGE_LIMIT", value_name = "M")]
+    range_limit: Option<f32>,
+    /// Range up to which a beam without return says "free", metres; 0 learns nothing from it
+    #[arg(long, env = "BHM_NO_RETURN_FREE", value_name = "M")]
+    no_return_free: Option<f32>,
+    /// Longest piece of a beam for which one free point stands, metres
+    #[arg(long, env = "BHM_FREE_SPACING", value_name = "M")]
+    free_spacing: Option<f32>,
+    /// Length before a hit that is left unlabelled, metres: two or three standard deviations of the range noise
+    #[arg(long, env = "BHM_GAP", value_name = "M")]
+    gap: Option<f32>,
+    /// Tiles in the store; others wait in an archive and come back as they were, so that the map does not depend on it
+    #[arg(long, env = "BHM_SLOTS", value_name = "N")]
+    slots: Option<usize>,
+}
+
+impl MapValues {
+    /// These, and where they are silent, `other`'s.
+    pub(super) fn or(&self, other: &Self) -> Self {
+        Self {
+            profile: self.profile.or(other.profile),
+            spacing: self.spacing.or(other.spacing),
+            kernel: self.kernel.or(other.kernel),
+            rule: self.rule.or(other.rule),
+            passes: self.passes.or(other.passes),
+            prior_precision: self.prior_precision.or(other.prior_precision),
+            bias: self.bias.or(other.bias),
+            forgetting: self.forgetting.or(other.forgetting),
+            max_range: self.max_range.or(other.max_range),
+            range_limit: self.range_limit.or(other.range_limit),
+            no_return_free: self.no_return_free.or(other.no_return_free),
+            free_spacing: self.free_spacing.or(other.free_spacing),
+            gap: self.gap.or(other.gap),
+            slots: self.slots.or(other.slots),
+        }
+    }
+
+    /// What they come to, or what is wrong with them.
+    pub(super) fn effective(&self) -> Result<Effective, String> {
+        let mut profile = *self.profile.map_or(&profile::INDOOR, |choice| choice.0);
+        let named = profile;
+        let settings = &mut profile.settings;
+        if let Some(Choice(kernel)) = self.kernel {
+            *settings = settings.with_kernel(kernel);
+        }
+        // A profile's own parameters of a rule are kept when the rule is named again.
+        if let Some(Choice(rule)) = self.rule.filter(|choice| choice.0.name() != settings.rule.name()) {
+            settings.rule = rule;
+        }
+        let AnyBeamRule::PointSamples(samples) = &mut settings.beam;
+        set(&mut samples.free_spacing_m, self.free_spacing);
+        set(&mut samples.gap_m, self.gap);
+        set(&mut settings.limits.range_max_m, self.range_limit);
+        set(&mut settings.limits.no_return_free_m, self.no_return_free);
+        set(&mut settings.spacing_m, self.spacing);
+        set(&mut settings.passes, self.passes);
+        set(&mut settings.prior_precision, self.prior_precision);
+        set(&mut settings.bias, self.bias);
+        set(&mut settings.forgetting, self.forgetting);
+        settings.model().map_err(|error| error.to_string())?;
+        if let Some(max_range) = self.max_range.filter(|range| !(range.is_finite() && *range > 0.0)) {
+            return Err(format!("maximum range is {max_range}, expected a positive number"));
+        }
+        make_room(&mut profile, &named.settings);
+        set(&mut profile.capacities.tiles, self.slots);
+        Ok(Effective { profile, max_range_m: self.max_range })
+    }
+
+    /// Every value, such that [`effective`](Self::effective) gives this back.
+    pub(crate) fn of(effective: &Effective) -> Self {
+        let Effective { profile, max_range_m } = effective;
+        let settings = &profile.settings;
+        let AnyBeamRule::PointSamples(samples) = settings.beam;
+        Self {
+            profile: profile::named(profile.name).map(Choice),
+            spacing: Some(settings.spacing_m),
+            kernel: Some(Choice(settings.kernel)),
+            rule: Some(Choice(settings.rule)),
+            passes: Some(settings.passes),
+            prior_precision: Some(settings.prior_precision),
+            bias: Some(settings.bias),
+            forgetting: Some(settings.forgetting),
+            max_range: *max_range_m,
+            range_limit: Some(settings.limits.range_max_m),
+            no_return_free: Some(settings.limits.no_return_free_m),
+            free_spacing: Some(samples.free_spacing_m),
+            gap: Some(samples.gap_m),
+            slots: Some(profile.capacities.tiles),
+        }
+    }
+}
+
+fn set<T>(to: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *to = value;
+    }
+}
+
+/// Gives a map that is finer than its profile the tiles that the same area then takes. A coarser one keeps the profile's.
+fn make_room(profile: &mut Profile, named: &Settings) {
+    let ratio = named.spacing_m / profile.settings.spacing_m;
+    if ratio > 1.0 && profile.settings.tile_count.is_none() {
+        let capacities = &mut profile.capacities;
+        for tiles in [&mut capacities.tiles, &mut capacities.touched] {
+            *tiles = ((*tiles as f32 * ratio * ratio).ceil() as usize).clamp(*tiles, MAX_SCALED_TILES);
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! What is not understood is code 2; where a setting comes from, and which wins.
+
+use crate::support::{Bench, room};
+
+#[test]
+fn what_is_not_understood_is_code_2() {
+    let bench = Bench::new();
+    bench.write("room.log", room());
+    for (arguments, says) in [
+        ("", "Usage: bhm"),
+        ("fly", "unrecognized subcommand 'fly'"),
+        ("build room.log", "--output <MAP>"),
+        ("build room.log -o m.bhm --profile tiny", "[possible values: indoor, compact, outdoor, paper]"),
+        ("build room.log -o m.bhm --rule newton", "[possible values: gaussian-variational, jaakkola-jordan]"),
+        ("build room.log -o m.bhm --spacing wide", "invalid value 'wide' for '--spacing <M>'"),
+        ("build room.log -o m.bhm --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),
+        ("build room.log -o m.bhm --spacing nan", "spacing is NaN, expected 1 mm to 1 km"),
+        ("build room.log -o m.bhm --passes 0", "passes is 0, expected 1 to 100"),
+        ("build room.log -o m.bhm --forgetting 0", "forgetting is 0, expected above 0, at most 1"),
+        ("build room.log -o m.bhm --max-range 0", "maximum range is 0, expected a positive number"),
+        ("build room.log -o m.bhm --slots 0", "number of tile slots is 0, expected 1 to 23301"),
+        ("build room.log -o m.bhm --slots 99999999", "number of tile slots is 99999999, expected 1 to 23301"),
+        ("build room.log -o m.bhm --bias maybe", "invalid value 'maybe' for '--bias"),
+        ("evaluate room.log --fraction 1", "expected a number above 0 and below 1"),
+        ("evaluate room.log --fraction nan", "expected a number above 0 and below 1"),
+        ("evaluate room.log --holdout lasers", "[possible values: beams, points, scans]"),
+        ("evaluate room.log --train room.log --test room.log", "cannot be used with"),
+        ("evaluate --train room.log", "--test <CSV>"),
+        ("query m.bhm 1", "<Y>"),
+        ("query m.bhm 1 north", "invalid value 'north' for '<Y>'"),
+        ("query m.bhm nan 0", "the point (NaN, 0) is not finite"),
+        ("render m.bhm -o x.png --bounds 1,2,3", "expected four numbers of metres"),
+    ] {
+        bench.bhm(arguments).fails(2, &[says]);
+    }
+    assert!(!bench.path("m.bhm").exists());
+}
+
+#[test]
+fn a_configuration_file_with_an_unknown_key_is_refused_with_its_line() {
+    let bench = Bench::new();
+    bench.write("map.toml", "profile = \"compact\"\n# finer\nspacin = 0.2\n");
+    bench.bhm("build room.log -o m.bhm --config map.toml").fails(2, &["map.toml, line 3: unknown field `spacin`"]);
+    bench.bhm("build room.log -o m.bhm --config none.toml").fails(1, &["cannot read none.toml: No such file"]);
+}
+
+#[test]
+fn flag_before_environment_before_file_before_profile() {
+    let bench = Bench::new();
+    bench.write("map.toml", "profile = \"compact\"\npasses = 7\nspacing = 0.4\ngap = 0.2\n");
+    let environment = [("BHM_CONFIG", "map.toml"), ("BHM_PASSES", "5"), ("BHM_SPACING", "0.3")];
+    let run = bench.bhm_with("build --print-config --passes 2", &environment);
+    run.succeeds(&[]);
+    for line in ["profile = \"compact\"", "passes = 2", "spacing = 0.3", "gap = 0.2", "free-spacing = 1.0"] {
+        assert!(run.stdout.lines().any(|printed| printed == line), "{line} is not in:\n{}", run.stdout);
+    }
+    bench.bhm_with("build --print-config", &[("BHM_PASSES", "several")]).fails(2, &["invalid value 'several'"]);
+    // What is printed can be read, and means the same.
+    bench.write("printed.toml", &run.stdout);
+    assert_eq!(bench.bhm("evaluate --print-config --config printed.toml").stdout, run.stdout);
+}
+
+#[test]
+fn completions_and_help_are_there() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let run = bench.bhm(&format!("completions {shell}"));
+        assert!(run.code == 0 && run.stdout.contains("bhm") && run.stdout.contains("evaluate"));
+    }
+    let help = bench.bhm("build --help");
+    assert!(help.code == 0 && help.stdout.contains("--no-return-free") && help.stdout.contains("[env: BHM_GAP="));
+}
