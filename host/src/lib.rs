@@ -2,8 +2,11 @@
 //! recorded logs.
 
 pub mod dataset;
+pub mod ipc;
 pub mod map;
 mod scan_record;
+mod signals;
 pub mod sim;
 
 pub use scan_record::ScanRecord;
+pub use signals::stop_on_signals;
