@@ -31,6 +31,7 @@ mod service;
 mod shared_memory;
 mod status_message;
 mod status_service;
+mod temporary_domain;
 #[cfg(test)]
 mod tests;
 mod wire;
@@ -47,4 +48,5 @@ pub use scan_service::{SCAN_BUFFER, ScanSample, ScanSink, ScanSource};
 pub use shared_memory::SharedMemoryError;
 pub use status_message::{MAX_COUNTERS, NamedCounter, Progress, StatusMessage, StatusRejected};
 pub use status_service::{StatusPublisher, StatusSample, StatusSubscriber};
+pub use temporary_domain::TemporaryDomain;
 pub use wire::fresh_id;

@@ -123,7 +123,9 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     /// # Errors
     /// If iceoryx2 failed.
     pub fn greet(&self) -> Result<(), IpcError> {
-        self.publisher.update_connections().map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
+        self.publisher
+            .update_connections()
+            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
     }
 }
 

@@ -72,6 +72,15 @@ pub(super) fn reserve(domain: &Domain) -> Result<(), SharedMemoryError> {
     Ok(())
 }
 
+/// Removes what iceoryx2 leaves behind even when everybody has gone. Nobody may be in the domain any more.
+pub(super) fn remove_all(domain: &Domain) {
+    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(|name| name.starts_with(domain.prefix())) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 fn reserve_file(path: &Path) -> Result<(), SharedMemoryError> {
     let file = match fs::OpenOptions::new().read(true).write(true).open(path) {
         Ok(file) => file,
@@ -86,10 +95,9 @@ fn reserve_file(path: &Path) -> Result<(), SharedMemoryError> {
     }
     match fallocate(&file, FallocateFlags::empty(), 0, metadata.len()) {
         Ok(()) => Ok(()),
-        Err(rustix::io::Errno::NOSPC) => Err(SharedMemoryError::NotEnough {
-            needed_bytes: missing_bytes,
-            available_bytes: available_bytes()?,
-        }),
+        Err(rustix::io::Errno::NOSPC) => {
+            Err(SharedMemoryError::NotEnough { needed_bytes: missing_bytes, available_bytes: available_bytes()? })
+        }
         Err(cause) => Err(inaccessible(&cause.into())),
     }
 }

@@ -101,12 +101,7 @@ impl StatusMessage {
     pub const ENDED: u32 = 1;
 
     /// Writes a status over whatever was here; counters beyond [`MAX_COUNTERS`] are left out.
-    pub fn write<'n>(
-        &mut self,
-        mapper: u64,
-        progress: &Progress,
-        counters: impl IntoIterator<Item = (&'n str, u64)>,
-    ) {
+    pub fn write<'n>(&mut self, mapper: u64, progress: &Progress, counters: impl IntoIterator<Item = (&'n str, u64)>) {
         let mut len = 0;
         for (slot, (name, value)) in self.counters.iter_mut().zip(counters) {
             *slot = NamedCounter { name: name_of(name), value };

@@ -87,7 +87,9 @@ impl StatusPublisher {
     /// # Errors
     /// If iceoryx2 failed.
     pub fn greet(&self) -> Result<(), IpcError> {
-        self.publisher.update_connections().map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
+        self.publisher
+            .update_connections()
+            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
     }
 }
 
