@@ -6,7 +6,9 @@ use bhm_core::{
     tile::{Occupancy, OccupancyGradient, TileIndex},
 };
 
-use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSubscriber};
+use super::{
+    IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSubscriber, Received,
+};
 
 /// A posterior of any compiled shape, for programs that learn its shape at run time.
 pub trait AnyPosterior {
@@ -54,17 +56,11 @@ pub trait AnyPosteriorSubscriber {
     ///
     /// # Errors
     /// If iceoryx2 failed.
-    fn receive(
-        &mut self,
-        patience: Duration,
-    ) -> Result<Option<Result<Box<dyn AnyPosterior>, PosteriorRejected>>, IpcError>;
+    fn receive(&mut self, patience: Duration) -> Received<Box<dyn AnyPosterior>, PosteriorRejected>;
 }
 
 impl<const M: usize, const B: usize> AnyPosteriorSubscriber for PosteriorSubscriber<M, B> {
-    fn receive(
-        &mut self,
-        patience: Duration,
-    ) -> Result<Option<Result<Box<dyn AnyPosterior>, PosteriorRejected>>, IpcError> {
+    fn receive(&mut self, patience: Duration) -> Received<Box<dyn AnyPosterior>, PosteriorRejected> {
         let received = self.receive(patience)?;
         Ok(received.map(|checked| checked.map(|sample| Box::new(sample) as Box<dyn AnyPosterior>)))
     }

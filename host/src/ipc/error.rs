@@ -1,5 +1,9 @@
 use super::SharedMemoryError;
 
+/// What a reader gets, from outside in: a fault of its port, nothing yet, a message that cannot be used and why, or a
+/// message.
+pub type Received<T, R> = Result<Option<Result<T, R>>, IpcError>;
+
 /// Why a domain could not be joined, a port not opened, a message not sent or received.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum IpcError {

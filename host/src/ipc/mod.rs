@@ -38,7 +38,7 @@ mod wire;
 
 pub use any_posterior::{AnyPosterior, AnyPosteriorSubscriber, open_posterior_any};
 pub use domain::{Domain, Participant};
-pub use error::IpcError;
+pub use error::{IpcError, Received};
 pub use paced_source::{PacedSource, Sent};
 pub use posterior_message::{PosteriorHeader, PosteriorRejected, PosteriorTile};
 pub use posterior_sample::PosteriorSample;

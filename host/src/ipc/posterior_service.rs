@@ -9,7 +9,7 @@ use super::service::{
     Ipc, MAX_NODES, Sleeper, Waker, open_error, open_or_create_error, persistently, publisher_error, service_name,
     subscriber_error,
 };
-use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile};
+use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile, Received};
 use super::{shared_memory, wire};
 
 const SERVICE: &str = "posterior";
@@ -163,10 +163,7 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
     ///
     /// # Errors
     /// If iceoryx2 failed.
-    pub fn receive(
-        &mut self,
-        patience: Duration,
-    ) -> Result<Option<Result<PosteriorSample<M, B>, PosteriorRejected>>, IpcError> {
+    pub fn receive(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
         if let Some(sample) = self.take()? {
             return Ok(Some(sample));
         }
@@ -177,7 +174,7 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
         self.take()
     }
 
-    fn take(&self) -> Result<Option<Result<PosteriorSample<M, B>, PosteriorRejected>>, IpcError> {
+    fn take(&self) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|cause| IpcError::failed(SERVICE, "a posterior was not received", cause))?;
         Ok(sample.map(PosteriorSample::check))

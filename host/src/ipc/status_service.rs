@@ -10,7 +10,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use super::service::{
     Ipc, MAX_NODES, Sleeper, Waker, open_or_create_error, persistently, publisher_error, service_name, subscriber_error,
 };
-use super::{IpcError, Participant, Progress, StatusMessage, StatusRejected, shared_memory, wire};
+use super::{IpcError, Participant, Progress, Received, StatusMessage, StatusRejected, shared_memory, wire};
 
 const SERVICE: &str = "status";
 const MAX_READERS: usize = 8;
@@ -115,7 +115,7 @@ impl StatusSubscriber {
     ///
     /// # Errors
     /// If iceoryx2 failed.
-    pub fn receive(&mut self, patience: Duration) -> Result<Option<Result<StatusSample, StatusRejected>>, IpcError> {
+    pub fn receive(&mut self, patience: Duration) -> Received<StatusSample, StatusRejected> {
         if let Some(sample) = self.take()? {
             return Ok(Some(sample));
         }
@@ -126,7 +126,7 @@ impl StatusSubscriber {
         self.take()
     }
 
-    fn take(&self) -> Result<Option<Result<StatusSample, StatusRejected>>, IpcError> {
+    fn take(&self) -> Received<StatusSample, StatusRejected> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|cause| IpcError::failed(SERVICE, "a status was not received", cause))?;
         Ok(sample.map(|sample| sample.payload().check().map(|()| StatusSample { sample })))

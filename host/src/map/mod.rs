@@ -1,4 +1,5 @@
-//! Maps in a computer's memory: a [`Mapper`] that owns what it works in, and an archive for what its store cannot hold.
+//! Maps in a computer's memory: a [`Mapper`](bhm_core::mapper::Mapper) that owns what it works in, and an archive for what
+//! its store cannot hold.
 
 mod any;
 mod archive;
