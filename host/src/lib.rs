@@ -2,9 +2,12 @@
 //! recorded logs, map files.
 
 pub mod dataset;
+pub mod ipc;
 pub mod map;
 mod scan_record;
+mod signals;
 pub mod sim;
 pub mod snapshot;
 
 pub use scan_record::ScanRecord;
+pub use signals::stop_on_signals;

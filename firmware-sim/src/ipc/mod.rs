@@ -1,0 +1,125 @@
+//! The loop on a computer: scans and posteriors through shared memory, a map that owns its memory and keeps an archive.
+
+mod link;
+mod path;
+mod recorded_map;
+#[cfg(test)]
+mod tests;
+
+use std::boxed::Box;
+use std::error::Error;
+use std::sync::atomic::AtomicBool;
+use std::vec::Vec;
+
+use bhm_core::{geometry::Pose, profile::Profile, settings::SettingsError};
+use bhm_host::{
+    ipc::{DEFAULT_CONSUMERS, Domain, IpcError},
+    map::{AnyMap, OwnedMapper, UnknownShape},
+};
+
+use crate::{Counters, End, Onboard, Options};
+use link::SharedMemoryLink;
+use recorded_map::RecordedMap;
+
+/// What the onboard process is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OnboardOptions {
+    /// How the loop behaves.
+    pub run: Options,
+    /// Consumers of the posterior that shared memory is taken for; each costs three posteriors.
+    pub consumers: usize,
+    /// Most poses of the robot's path that are kept; a longer path is thinned evenly.
+    pub path_poses: usize,
+}
+
+impl Default for OnboardOptions {
+    fn default() -> Self {
+        Self { run: Options::default(), consumers: DEFAULT_CONSUMERS, path_poses: 16_384 }
+    }
+}
+
+/// What the onboard process did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Why it ended.
+    pub end: End,
+    /// Everything that happened.
+    pub counters: Counters,
+    /// What told this run from every other.
+    pub mapper: u64,
+    /// Where the sensor stood at the scans that were learned, thinned evenly if there were many.
+    pub path: Vec<Pose>,
+    /// What shared memory last said, if it ever failed.
+    pub last_fault: Option<IpcError>,
+}
+
+/// What the caller says if it cannot do with the finished map what it wanted to.
+pub type FinishFailed = Box<dyn Error + Send + Sync>;
+
+/// Why the onboard process could not begin, or not end well.
+#[derive(Debug, thiserror::Error)]
+pub enum OnboardError {
+    /// The profile needs tiles of a shape that is not compiled in, or contradicts itself.
+    #[error(transparent)]
+    Shape(#[from] UnknownShape),
+    /// The profile contradicts itself.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Shared memory refused, for instance because a mapper is already running.
+    #[error(transparent)]
+    Ipc(#[from] IpcError),
+    /// The map is made, but the caller could not finish with it.
+    #[error(transparent)]
+    Finish(FinishFailed),
+}
+
+/// Maps what arrives in the domain until `stop` is raised, or the source ends if the options say so.
+///
+/// At the end `finish` gets the map, archive included, while the domain is still held: whoever waits for the mapper to go
+/// finds what `finish` saved.
+///
+/// The thread it runs on needs a stack of 1 MiB. See `bhm_host::stop_on_signals` for a flag that SIGINT and SIGTERM raise.
+///
+/// # Errors
+/// See [`OnboardError`].
+pub fn run_onboard(
+    profile: &Profile,
+    domain: &Domain,
+    options: &OnboardOptions,
+    stop: &AtomicBool,
+    finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
+) -> Result<Summary, OnboardError> {
+    let window = profile.settings.model()?.tiling.window(&[0, 0]);
+    let shape = (window.supports(), window.band(profile.settings.stencil));
+    macro_rules! run_shape {
+        ($(($m:literal, $b:literal)),* $(,)?) => {
+            match shape {
+                $(($m, $b) => run::<$m, $b>(profile, domain, options, stop, finish),)*
+                (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: [$(($m, $b)),*].into() }.into()),
+            }
+        };
+    }
+    bhm_core::for_each_shape!(run_shape)
+}
+
+fn run<const M: usize, const B: usize>(
+    profile: &Profile,
+    domain: &Domain,
+    options: &OnboardOptions,
+    stop: &AtomicBool,
+    finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
+) -> Result<Summary, OnboardError> {
+    let link = SharedMemoryLink::open(domain, profile.capacities.tiles, options.consumers, stop)?;
+    let mapper = link.mapper();
+    let map = OwnedMapper::<M, B>::new(profile)?;
+    let mut onboard = Onboard::new(RecordedMap::new(map, options.path_poses), link, options.run);
+    let end = onboard.run();
+    let counters = *onboard.counters();
+    let last_fault = onboard.last_fault().cloned();
+    let (map, link) = onboard.into_parts();
+    let (map, path) = map.into_parts();
+    let summary = Summary { end, counters, mapper, path, last_fault };
+    finish(&map, &summary).map_err(OnboardError::Finish)?;
+    drop(link);
+    Ok(summary)
+}

@@ -1,0 +1,193 @@
+//! The onboard program through real shared memory, a thread where a robot has a process.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+
+use bhm_core::{
+    geometry::Point,
+    profile::{self, Capacities},
+};
+use bhm_host::{
+    ScanRecord,
+    ipc::{
+        IpcError, PacedSource, Participant, Place, PosteriorSubscriber, ScanSource, Sent, StatusSubscriber,
+        TemporaryDomain, open_posterior_any,
+    },
+    map,
+};
+
+use super::*;
+use crate::Until;
+
+/// So few slots that a walk along a corridor fills the archive.
+const TIGHT: Profile =
+    Profile { capacities: Capacities { tiles: 12, points: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
+
+const UNTIL_END: OnboardOptions =
+    OnboardOptions { run: Options { publish_every: 10, until: Until::SourceEnds }, consumers: 2, path_poses: 64 };
+
+/// A robot that walks 40 m along a corridor and back.
+fn scan(number: u64, of: u64) -> ScanRecord {
+    let half = of as f32 / 2.0;
+    let x_m = 40.0 * (1.0 - (number as f32 - half).abs() / half);
+    ScanRecord {
+        stamp_ns: number * 1_000_000,
+        map_from_sensor: Pose::new(x_m, 0.0, 0.0),
+        angle_min_rad: -3.0,
+        angle_increment_rad: 0.5,
+        range_min_m: 0.1,
+        range_max_m: 10.0,
+        ranges_m: (0..13).map(|beam| 1.0 + 0.1 * beam as f32).collect(),
+    }
+}
+
+fn domain() -> TemporaryDomain {
+    TemporaryDomain::new().expect("a domain")
+}
+
+fn joined(domain: &Domain) -> Participant {
+    domain.join("test").expect("a domain of one's own")
+}
+
+fn replay(domain: &Domain, scans: u64) {
+    let here = joined(domain);
+    let mut source = PacedSource::open(&here).expect("the only source");
+    let never = AtomicBool::new(false);
+    for number in 1..=scans {
+        let place = if number == scans { Place::Last } else { Place::Within };
+        assert_eq!(source.send(&scan(number, scans).as_scan(), place, &never), Ok(Sent::Yes));
+    }
+    assert_eq!(source.finish(&never), Ok(Sent::Yes));
+}
+
+/// Waits for what another thread is about to do.
+fn eventually<T>(mut attempt: impl FnMut() -> Option<T>) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(done) = attempt() {
+            return done;
+        }
+        assert!(started.elapsed() < Duration::from_secs(20), "in vain");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_replay_is_learned_whole_and_the_map_is_the_one_made_offline() {
+    const SCANS: u64 = 400;
+    let domain = domain();
+    let stop = AtomicBool::new(false);
+    let mut offline = map::open(&TIGHT).expect("a compiled shape");
+    for number in 1..=SCANS {
+        offline.integrate(&scan(number, SCANS).as_scan()).expect("a good scan");
+    }
+    let summary = thread::scope(|scope| {
+        scope.spawn(|| replay(&domain, SCANS));
+        run_onboard(&TIGHT, &domain, &UNTIL_END, &stop, |map, summary| {
+            assert_eq!(map.tile_indices(), offline.tile_indices());
+            assert_eq!(map.progress(), (SCANS, SCANS * 1_000_000));
+            for step in 0..1_000 {
+                let at = Point::<2>::new(step as f32 * 0.04, (step % 7) as f32 * 0.3 - 1.0);
+                assert_eq!(map.occupancy(&at), offline.occupancy(&at));
+            }
+            assert_eq!(summary.counters.integrated, SCANS);
+            Ok(())
+        })
+        .expect("no error")
+    });
+    let counters = summary.counters;
+    assert_eq!(summary.end, End::SourceEnded);
+    assert_eq!((counters.received, counters.lost, counters.duplicates), (SCANS, 0, 0));
+    assert!(counters.tiles_evicted > 0 && counters.tiles_restored > 0, "the store is too small for the corridor");
+    assert_eq!((counters.tiles_lost, counters.publish_failed, summary.last_fault), (0, 0, None));
+    assert_eq!(summary.path[0], scan(1, SCANS).map_from_sensor);
+    assert!((32..=64).contains(&summary.path.len()));
+}
+
+#[test]
+fn a_stop_publishes_what_was_learned_and_a_second_mapper_is_refused() {
+    let domain = domain();
+    let stop = AtomicBool::new(false);
+    let options = OnboardOptions::default();
+    thread::scope(|scope| {
+        let mapper = scope.spawn(|| run_onboard(&TIGHT, &domain, &options, &stop, |_, _| Ok(())));
+        let here = joined(&domain);
+        let mut reader = eventually(|| open_posterior_any(&here).ok());
+        let second = run_onboard(&TIGHT, &domain, &options, &stop, |_, _| Ok(())).expect_err("one is enough");
+        assert!(matches!(second, OnboardError::Ipc(IpcError::AlreadyRunning { who: "mapper", .. })), "{second}");
+
+        let mut source = ScanSource::open(&here).expect("the only source");
+        source.publish(&scan(1, 2).as_scan(), Place::Within).expect("sent");
+        eventually(|| {
+            let received = reader.receive(Duration::MAX).expect("no fault")?;
+            let posterior = received.expect("a good one");
+            (posterior.header().scans == 1 && posterior.header().source == source.id()).then_some(())
+        });
+        stop.store(true, Ordering::Relaxed);
+        let summary = mapper.join().expect("no panic").expect("no error");
+        assert_eq!((summary.end, summary.counters.integrated), (End::Stopped, 1));
+    });
+}
+
+#[test]
+fn a_live_source_loses_scans_and_each_loss_is_counted() {
+    const SCANS: u64 = 3_000;
+    let domain = domain();
+    let stop = AtomicBool::new(false);
+    let slow = OnboardOptions { run: Options { publish_every: 1, until: Until::SourceEnds }, ..UNTIL_END };
+    let summary = thread::scope(|scope| {
+        let mapper = scope.spawn(|| run_onboard(&TIGHT, &domain, &slow, &stop, |_, _| Ok(())));
+        let here = joined(&domain);
+        let mut status = StatusSubscriber::open(&here).expect("room");
+        let mut source = ScanSource::open(&here).expect("the only source");
+        eventually(|| status.receive(Duration::MAX).expect("no fault")).expect("a good one");
+        source.publish(&scan(1, SCANS).as_scan(), Place::Within).expect("sent");
+        // Only once the first is heard does every gap count.
+        eventually(|| status.receive(Duration::MAX).expect("no fault")?.ok()?.progress().handled);
+        for number in 2..=SCANS {
+            let place = if number == SCANS { Place::Last } else { Place::Within };
+            source.publish(&scan(number, SCANS).as_scan(), place).expect("sent");
+        }
+        mapper.join().expect("no panic").expect("no error")
+    });
+    let counters = summary.counters;
+    assert!(counters.lost > 0, "faster than any mapper");
+    assert_eq!(counters.received + counters.lost, SCANS);
+    assert_eq!(counters.integrated, counters.received);
+}
+
+#[test]
+fn a_mapper_that_returns_is_heard_by_the_readers_and_the_source_it_left() {
+    let domain = domain();
+    let here = joined(&domain);
+    let mut source = PacedSource::open(&here).expect("the only source");
+    let never = AtomicBool::new(false);
+    let options = OnboardOptions { consumers: 2, ..OnboardOptions::default() };
+    let mut reader: Option<PosteriorSubscriber<144, 40>> = None;
+    let mut mappers = Vec::new();
+    for run in 0..3 {
+        let stop = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let mapper = scope.spawn(|| run_onboard(&TIGHT, &domain, &options, &stop, |_, _| Ok(())));
+            for number in 1..=20 {
+                let scan = scan(run * 20 + number, 100);
+                assert_eq!(source.send(&scan.as_scan(), Place::Within, &never), Ok(Sent::Yes));
+            }
+            assert_eq!(source.finish(&never), Ok(Sent::Yes));
+            let reader = reader.get_or_insert_with(|| PosteriorSubscriber::open(&here).expect("a mapper is there"));
+            let newest = eventually(|| {
+                let sample = reader.receive(Duration::MAX).expect("no fault")?.expect("a good one");
+                (sample.header().scan_sequence == (run + 1) * 20).then(|| *sample.header())
+            });
+            assert_eq!(newest.scans, 20);
+            mappers.push(newest.mapper);
+            stop.store(true, Ordering::Relaxed);
+            let summary = mapper.join().expect("no panic").expect("no error");
+            assert_eq!((summary.counters.integrated, summary.counters.lost, summary.mapper), (20, 0, newest.mapper));
+        });
+    }
+    mappers.dedup();
+    assert_eq!(mappers.len(), 3);
+}

@@ -1,0 +1,102 @@
+use bhm_core::{geometry::Pose, mapper::Mapper, scan::Scan};
+
+use crate::Counters;
+
+/// The world around the loop: where scans come from and posteriors go.
+///
+/// No method waits for a reader, and none but [`receive`](Self::receive) waits at all.
+pub trait Link<const M: usize, const B: usize> {
+    /// What can go wrong in it.
+    type Fault;
+
+    /// The next thing that happened, borrowed from the link.
+    ///
+    /// With [`Patience::Some`] it may wait for it, but not so long that a stop would seem ignored. It also tends to what
+    /// needs tending when nothing happens.
+    ///
+    /// # Errors
+    /// If the link failed; the loop counts it and goes on.
+    fn receive(&mut self, patience: Patience) -> Result<Incoming<'_>, Self::Fault>;
+
+    /// Publishes the map's resident tiles as they are now.
+    ///
+    /// # Errors
+    /// If the link failed; the loop counts it and goes on.
+    fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &News) -> Result<(), Self::Fault>;
+
+    /// Says how far the loop has come: to the source, which may wait for it, and to onlookers.
+    ///
+    /// # Errors
+    /// If the link failed; the loop counts it and goes on.
+    fn report(&mut self, report: &Report<'_>) -> Result<(), Self::Fault>;
+}
+
+/// Whether to wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Patience {
+    /// Answer at once.
+    None,
+    /// Wait a while.
+    Some,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug)]
+pub enum Incoming<'a> {
+    /// A scan came.
+    Scan(IncomingScan<'a>),
+    /// Something came that is not a scan for this loop.
+    Unusable(Unusable),
+    /// Nothing.
+    Nothing,
+    /// The loop is to end.
+    Stop,
+}
+
+/// A scan, and which one it is.
+#[derive(Clone, Copy, Debug)]
+pub struct IncomingScan<'a> {
+    /// Which run of which source sent it.
+    pub source: u64,
+    /// That source's count, from 1.
+    pub sequence: u64,
+    /// Whether the source said that it is its last.
+    pub last: bool,
+    /// The scan; not yet judged.
+    pub scan: Scan<'a>,
+}
+
+/// Why a message is of no use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unusable {
+    /// It cannot be read.
+    Unreadable,
+    /// It was meant for an earlier run of this program, and will be sent again.
+    ForAnother,
+}
+
+/// What is worth knowing about a posterior that is not in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct News {
+    /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.
+    pub handled: Option<(u64, u64)>,
+    /// Whether that source has ended, and its last scan is dealt with.
+    pub ended: bool,
+    /// Where the sensor stood at the newest scan integrated.
+    pub map_from_sensor: Pose,
+    /// Tiles in the archive.
+    pub archived: u64,
+    /// Tiles evicted and not kept.
+    pub lost: u64,
+}
+
+/// How far the loop has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.
+    pub handled: Option<(u64, u64)>,
+    /// Whether that source has ended, and its last scan is dealt with.
+    pub ended: bool,
+    /// Everything that happened.
+    pub counters: &'a Counters,
+}

@@ -1,0 +1,266 @@
+//! The loop against a world that is a list.
+
+use std::collections::VecDeque;
+use std::vec::Vec;
+
+use bhm_core::{
+    geometry::Pose,
+    mapper::{IntegrateReport, Mapper, ScanRejected},
+    scan::Scan,
+};
+
+use crate::*;
+
+/// What a fake world does, in this order; then it says stop.
+enum Event {
+    Scan { source: u64, sequence: u64, last: bool },
+    Unusable(Unusable),
+    Nothing,
+    Fault,
+}
+
+/// What the loop did to it.
+#[derive(Clone, Debug, PartialEq)]
+enum Seen {
+    Waited,
+    Published(News),
+    Reported { handled: Option<(u64, u64)>, ended: bool },
+}
+
+#[derive(Default)]
+struct FakeLink {
+    events: VecDeque<Event>,
+    seen: Vec<Seen>,
+    publish_fails: bool,
+}
+
+impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
+    type Fault = &'static str;
+
+    fn receive(&mut self, patience: Patience) -> Result<Incoming<'_>, &'static str> {
+        if patience == Patience::Some {
+            self.seen.push(Seen::Waited);
+        }
+        match self.events.pop_front() {
+            None => Ok(Incoming::Stop),
+            Some(Event::Nothing) => Ok(Incoming::Nothing),
+            Some(Event::Fault) => Err("receive"),
+            Some(Event::Unusable(why)) => Ok(Incoming::Unusable(why)),
+            Some(Event::Scan { source, sequence, last }) => {
+                Ok(Incoming::Scan(IncomingScan { source, sequence, last, scan: scan(sequence) }))
+            }
+        }
+    }
+
+    fn publish(&mut self, _: &Mapper<'_, M, B>, news: &News) -> Result<(), &'static str> {
+        self.seen.push(Seen::Published(*news));
+        if self.publish_fails { Err("publish") } else { Ok(()) }
+    }
+
+    fn report(&mut self, report: &Report<'_>) -> Result<(), &'static str> {
+        self.seen.push(Seen::Reported { handled: report.handled, ended: report.ended });
+        Ok(())
+    }
+}
+
+const RANGES_M: [f32; 5] = [1.0, 2.0, f32::NAN, -1.0, 3.0];
+
+/// A scan; number 13 is one that every mapper refuses.
+fn scan(sequence: u64) -> Scan<'static> {
+    Scan {
+        stamp_ns: sequence,
+        map_from_sensor: Pose::new(if sequence == 13 { f32::NAN } else { sequence as f32 * 0.01 }, 0.0, 0.0),
+        angle_min_rad: 0.0,
+        angle_increment_rad: 0.1,
+        range_min_m: 0.1,
+        range_max_m: 20.0,
+        ranges_m: &RANGES_M,
+    }
+}
+
+/// A small map in lent memory, without an archive: what a microcontroller has.
+mod lent {
+    use bhm_core::{
+        beam::LabelledPoint,
+        mapper::{Mapper, Memory},
+        posterior::{Entry, RowState, Scratch},
+        profile,
+        tile::{DirectoryEntry, NoArchive, Tile},
+    };
+    use std::boxed::Box;
+    use std::vec;
+
+    use crate::LentMap;
+
+    pub(super) type Map = LentMap<'static, NoArchive, 144, 40>;
+
+    pub(super) fn map(slots: usize) -> Map {
+        // SAFETY: a tile and the scratch are plain numbers, of which zero is a value.
+        let (tiles, scratch) = unsafe {
+            (
+                Box::<[Tile<144, 40>]>::new_zeroed_slice(slots).assume_init(),
+                Box::<Scratch<144, 40>>::new_zeroed().assume_init(),
+            )
+        };
+        let memory = Memory {
+            tiles: Box::leak(tiles),
+            directory: vec![DirectoryEntry::default(); slots].leak(),
+            scratch: Box::leak(scratch),
+            points: vec![LabelledPoint::default(); 256].leak(),
+            firsts: vec![None; 256].leak(),
+            touched: vec![[0; 2]; 16].leak(),
+            entries: vec![Entry::default(); 256 * 16].leak(),
+            states: vec![RowState::default(); 256].leak(),
+        };
+        LentMap::new(Mapper::new(profile::COMPACT.settings, memory).expect("a good profile"), NoArchive)
+    }
+}
+
+fn looped(events: impl IntoIterator<Item = Event>, options: Options) -> Onboard<lent::Map, FakeLink, 144, 40> {
+    let link = FakeLink { events: events.into_iter().collect(), ..FakeLink::default() };
+    Onboard::new(lent::map(8), link, options)
+}
+
+fn sent(source: u64, sequences: impl IntoIterator<Item = u64>) -> impl Iterator<Item = Event> {
+    sequences.into_iter().map(move |sequence| Event::Scan { source, sequence, last: false })
+}
+
+fn published(onboard: &Onboard<lent::Map, FakeLink, 144, 40>) -> Vec<News> {
+    let publications = onboard.link().seen.iter().filter_map(|seen| match seen {
+        Seen::Published(news) => Some(*news),
+        _ => None,
+    });
+    publications.collect()
+}
+
+#[test]
+fn a_loop_that_is_stopped_at_once_has_shown_itself() {
+    let mut onboard = looped([], Options::default());
+    assert_eq!(onboard.run(), End::Stopped);
+    let idle = Seen::Reported { handled: None, ended: false };
+    assert_eq!(onboard.link().seen, [Seen::Published(News::default()), idle, Seen::Waited]);
+    assert_eq!(*onboard.counters(), Counters { published: 1, ..Counters::default() });
+}
+
+#[test]
+fn every_outcome_is_counted() {
+    let mut events: Vec<Event> = sent(1, [1, 2, 5, 5, 4, 13]).collect();
+    events.extend([
+        Event::Unusable(Unusable::Unreadable),
+        Event::Unusable(Unusable::ForAnother),
+        Event::Nothing,
+        Event::Fault,
+    ]);
+    // A source that comes back counts from anywhere; what went before was not for this loop.
+    events.extend(sent(2, [70, 71]));
+    let mut onboard = looped(events, Options::default());
+    assert_eq!(onboard.run(), End::Stopped);
+    let counters = *onboard.counters();
+    assert_eq!((counters.received, counters.integrated, counters.rejected()), (8, 5, 1));
+    assert_eq!(counters.rejected_pose_not_finite, 1);
+    assert_eq!((counters.lost, counters.duplicates, counters.sources), (2 + 7, 2, 2));
+    assert_eq!((counters.unreadable, counters.for_another, counters.receive_failed), (1, 1, 1));
+    assert_eq!(counters.received, counters.integrated + counters.rejected() + counters.duplicates);
+    // Three good beams a scan, one not a number, one negative.
+    assert_eq!((counters.beams_hit, counters.beams_not_a_number, counters.beams_negative), (15, 5, 5));
+    assert!(counters.tiles_created > 0 && counters.rows > 0 && counters.passes > 0);
+    assert_eq!(onboard.last_fault(), Some(&"receive"));
+    assert_eq!(onboard.map().mapper().scans(), 5);
+    assert_eq!(published(&onboard).last().expect("published").handled, Some((2, 71)));
+}
+
+#[test]
+fn every_reason_has_its_counter() {
+    let rejections = [
+        ScanRejected::TooManyBeams { beams: 1 },
+        ScanRejected::PoseNotFinite,
+        ScanRejected::PoseTooFar { x_m: 0.0, y_m: 0.0 },
+        ScanRejected::Angles { min_rad: 0.0, increment_rad: 0.0 },
+        ScanRejected::RangeLimits { min_m: 0.0, max_m: 0.0 },
+        ScanRejected::StampWentBack { stamp_ns: 0, newest_ns: 1 },
+        ScanRejected::LabelsMissing { points: 0, labels: 1 },
+    ];
+    let mut counters = Counters::default();
+    for rejection in &rejections {
+        let before = counters;
+        counters.count_rejected(rejection);
+        assert_eq!(counters.rejected(), before.rejected() + 1);
+        assert_eq!(counters.iter().zip(before.iter()).filter(|(now, then)| now != then).count(), 1);
+    }
+    counters.count_integrated(&IntegrateReport { tiles_lost: 3, ..IntegrateReport::default() });
+    assert_eq!((counters.integrated, counters.tiles_lost), (1, 3));
+    let names: std::collections::BTreeSet<_> = counters.iter().map(|(name, _)| name).collect();
+    assert_eq!(names.len(), counters.iter().len());
+    assert!(names.iter().all(|name| name.len() <= 32), "a status message cuts longer names off");
+    assert!(names.len() <= 64, "a status message holds no more");
+}
+
+#[test]
+fn a_backlog_is_published_now_and_then_and_a_pause_at_once() {
+    let options = Options { publish_every: 4, ..Options::default() };
+    let mut events: Vec<Event> = sent(1, 1..=9).collect();
+    events.push(Event::Nothing);
+    events.push(Event::Nothing);
+    events.extend(sent(1, [10]));
+    let mut onboard = looped(events, options);
+    onboard.run();
+    let handled: Vec<_> = published(&onboard).iter().map(|news| news.handled.map(|(_, sequence)| sequence)).collect();
+    assert_eq!(handled, [None, Some(4), Some(8), Some(9), Some(10)]);
+    let reports = onboard.link().seen.iter().filter(|seen| matches!(seen, Seen::Reported { .. })).count();
+    assert_eq!(reports, 1 + 10 + 2, "one to begin with, one a scan, one for each later publication");
+    let last = published(&onboard)[4];
+    assert_eq!(last.map_from_sensor, scan(10).map_from_sensor);
+}
+
+#[test]
+fn the_loop_waits_only_when_everything_is_published() {
+    let mut onboard = looped(sent(1, 1..=3).chain([Event::Nothing, Event::Nothing]), Options::default());
+    onboard.run();
+    let mut unpublished = false;
+    for seen in &onboard.link().seen {
+        match seen {
+            Seen::Waited => assert!(!unpublished),
+            Seen::Published(_) => unpublished = false,
+            Seen::Reported { handled, .. } => {
+                let newest = published(&onboard).iter().any(|news| news.handled == *handled);
+                unpublished = !newest;
+            }
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_source_ends_the_loop_if_it_is_asked_to() {
+    let events = || sent(1, [1, 2]).chain([Event::Scan { source: 1, sequence: 3, last: true }]).chain(sent(2, [1]));
+    let mut until_end = looped(events(), Options { until: Until::SourceEnds, ..Options::default() });
+    assert_eq!(until_end.run(), End::SourceEnded);
+    assert_eq!(until_end.counters().integrated, 3);
+    let last = *published(&until_end).last().expect("published");
+    assert_eq!((last.handled, last.ended), (Some((1, 3)), true));
+    assert_eq!(until_end.link().seen.last(), Some(&Seen::Reported { handled: Some((1, 3)), ended: true }));
+
+    let mut goes_on = looped(events(), Options::default());
+    assert_eq!(goes_on.run(), End::Stopped);
+    assert_eq!((goes_on.counters().sources_ended, goes_on.counters().sources), (1, 2));
+    assert!(!published(&goes_on).last().expect("published").ended, "another source came");
+}
+
+#[test]
+fn a_publication_that_fails_is_counted_and_the_loop_goes_on() {
+    let link = FakeLink { events: sent(1, 1..=3).collect(), publish_fails: true, ..FakeLink::default() };
+    let mut onboard = Onboard::<_, _, 144, 40>::new(lent::map(8), link, Options::default());
+    assert_eq!(onboard.run(), End::Stopped);
+    assert_eq!((onboard.counters().publish_failed, onboard.counters().published), (2, 0));
+    assert_eq!((onboard.counters().integrated, onboard.last_fault()), (3, Some(&"publish")));
+}
+
+#[test]
+fn tiles_lost_without_an_archive_are_counted_and_published() {
+    let link = FakeLink { events: sent(1, 1..=3).collect(), ..FakeLink::default() };
+    let mut onboard = Onboard::<_, _, 144, 40>::new(lent::map(1), link, Options::default());
+    onboard.run();
+    let counters = *onboard.counters();
+    assert!(counters.tiles_evicted > 0);
+    assert_eq!(counters.tiles_lost, counters.tiles_evicted);
+    assert_eq!(published(&onboard).last().expect("published").lost, counters.tiles_lost);
+}

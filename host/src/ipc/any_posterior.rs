@@ -1,0 +1,86 @@
+use std::time::Duration;
+
+use bhm_core::{
+    geometry::Point,
+    settings::Model,
+    tile::{Occupancy, OccupancyGradient, TileIndex},
+};
+
+use super::{
+    IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSubscriber, Received,
+};
+
+/// A posterior of any compiled shape, for programs that learn its shape at run time.
+pub trait AnyPosterior {
+    /// Whose it is and how new.
+    fn header(&self) -> &PosteriorHeader;
+
+    /// The functions it was made with.
+    fn model(&self) -> &Model;
+
+    /// Indices of its tiles, ascending.
+    fn tile_indices(&self) -> Vec<TileIndex<2>>;
+
+    /// What it says about a point.
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
+
+    /// How that changes with the point.
+    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient;
+}
+
+impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
+    fn header(&self) -> &PosteriorHeader {
+        self.header()
+    }
+
+    fn model(&self) -> &Model {
+        self.model()
+    }
+
+    fn tile_indices(&self) -> Vec<TileIndex<2>> {
+        self.tiles().iter().map(|tile| tile.index).collect()
+    }
+
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
+        self.view().occupancy(point_m)
+    }
+
+    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
+        self.view().gradient(point_m)
+    }
+}
+
+/// A reader of posteriors of any compiled shape.
+pub trait AnyPosteriorSubscriber {
+    /// See [`PosteriorSubscriber::receive`].
+    ///
+    /// # Errors
+    /// If iceoryx2 failed.
+    fn receive(&mut self, patience: Duration) -> Received<Box<dyn AnyPosterior>, PosteriorRejected>;
+}
+
+impl<const M: usize, const B: usize> AnyPosteriorSubscriber for PosteriorSubscriber<M, B> {
+    fn receive(&mut self, patience: Duration) -> Received<Box<dyn AnyPosterior>, PosteriorRejected> {
+        let received = self.receive(patience)?;
+        Ok(received.map(|checked| checked.map(|sample| Box::new(sample) as Box<dyn AnyPosterior>)))
+    }
+}
+
+/// A reader of the domain's posterior, whatever its tiles' shape, as long as it is compiled in.
+///
+/// # Errors
+/// [`IpcError::Absent`] as long as no mapper was there, [`IpcError::Incompatible`] if its tiles have none of the compiled
+/// shapes or another layout, [`IpcError::TooManyReaders`].
+pub fn open_posterior_any(participant: &Participant) -> Result<Box<dyn AnyPosteriorSubscriber>, IpcError> {
+    macro_rules! try_shapes {
+        ($(($m:literal, $b:literal)),* $(,)?) => {{
+            let mut outcome = Err(IpcError::Incompatible { service: "posterior" });
+            $(if matches!(outcome, Err(IpcError::Incompatible { .. })) {
+                let opened = PosteriorSubscriber::<$m, $b>::open(participant);
+                outcome = opened.map(|reader| Box::new(reader) as Box<dyn AnyPosteriorSubscriber>);
+            })*
+            outcome
+        }};
+    }
+    bhm_core::for_each_shape!(try_shapes)
+}

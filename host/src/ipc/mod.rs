@@ -1,0 +1,52 @@
+//! Scans in, posteriors out, between processes through shared memory, without a copy on the way.
+//!
+//! The only place that names iceoryx2. Three services, each publish–subscribe with an event of the same name that wakes
+//! its readers:
+//!
+//! | service | from | to | what happens when the reader is slow |
+//! |---|---|---|---|
+//! | `scan` | one [`ScanSource`] (or [`PacedSource`]) | the mapper's [`ScanSink`] | the oldest scan is overwritten; a paced source waits instead |
+//! | `posterior` | the mapper's [`PosteriorPublisher`] | several [`PosteriorSubscriber`]s | it skips posteriors; what it holds stays valid |
+//! | `status` | the mapper's [`StatusPublisher`] | sources and onlookers | it skips to the newest |
+//!
+//! Every message is `#[repr(C)]`, begins with a magic number and a layout version, and is checked before it is used: a
+//! peer is a stranger. The name of its type holds the version as well, so that a peer of another version is refused when
+//! it connects.
+//!
+//! Processes meet in a [`Domain`]. A process joins it once and opens its ports on the [`Participant`] that it gets; ports
+//! stay on one thread, which needs a stack of 1 MiB.
+//!
+//! Reserved words of a message must be zero. Numbers are in the machine's own byte order: shared memory does not leave it.
+
+mod any_posterior;
+mod domain;
+mod error;
+mod paced_source;
+mod posterior_message;
+mod posterior_sample;
+mod posterior_service;
+mod scan_message;
+mod scan_service;
+mod service;
+mod shared_memory;
+mod status_message;
+mod status_service;
+mod temporary_domain;
+#[cfg(test)]
+mod tests;
+mod wire;
+
+pub use any_posterior::{AnyPosterior, AnyPosteriorSubscriber, open_posterior_any};
+pub use domain::{Domain, Participant};
+pub use error::{IpcError, Received};
+pub use paced_source::{PacedSource, Sent};
+pub use posterior_message::{PosteriorHeader, PosteriorRejected, PosteriorTile};
+pub use posterior_sample::PosteriorSample;
+pub use posterior_service::{DEFAULT_CONSUMERS, PosteriorNews, PosteriorPublisher, PosteriorSubscriber};
+pub use scan_message::{NumberedScan, Place, ScanAddress, ScanMessage, ScanMessageRejected};
+pub use scan_service::{SCAN_BUFFER, ScanSample, ScanSink, ScanSource};
+pub use shared_memory::SharedMemoryError;
+pub use status_message::{MAX_COUNTERS, NamedCounter, Progress, StatusMessage, StatusRejected};
+pub use status_service::{StatusPublisher, StatusSample, StatusSubscriber};
+pub use temporary_domain::TemporaryDomain;
+pub use wire::fresh_id;

@@ -1,0 +1,315 @@
+use bhm_core::{
+    geometry::Pose,
+    kernel::KernelChoice,
+    posterior::{Band, PosteriorView},
+    profile,
+    settings::{Model, Settings, SettingsError},
+    support::{AnySupport, PointSupport},
+    tile::{Tile, TileIndex},
+};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{
+    PosteriorNews,
+    wire::{Name, PlainNumbers, name_of, text_of},
+};
+
+/// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("bhm.posterior.v1")]
+pub struct PosteriorHeader {
+    /// [`PosteriorHeader::MAGIC`].
+    pub magic: u64,
+    /// [`PosteriorHeader::VERSION`].
+    pub version: u32,
+    /// [`PosteriorHeader::ENDED`], [`PosteriorHeader::BIAS`], [`PosteriorHeader::BOUNDED`].
+    pub flags: u32,
+    /// Which run of the mapper; never 0.
+    pub mapper: u64,
+    /// The mapper's count of publications, from 1.
+    pub sequence: u64,
+    /// Which run of which source was heard last; 0 for none.
+    pub source: u64,
+    /// The newest scan of that source that is dealt with.
+    pub scan_sequence: u64,
+    /// Stamp of the newest scan integrated, nanoseconds on its source's clock.
+    pub stamp_ns: u64,
+    /// Scans integrated since the map began.
+    pub scans: u64,
+    /// Tiles that follow.
+    pub resident: u64,
+    /// Tiles that the mapper keeps elsewhere and does not publish.
+    pub archived: u64,
+    /// Tiles that were evicted and not kept.
+    pub lost: u64,
+    /// Where the sensor stood at the newest scan integrated, metres.
+    pub x_m: f32,
+    /// Where the sensor stood at the newest scan integrated, metres.
+    pub y_m: f32,
+    /// Where the sensor's x axis pointed, radians.
+    pub theta_rad: f32,
+    /// Where lattice node 0 sits, metres.
+    pub origin_m: [f32; 2],
+    /// Distance between supports, metres.
+    pub spacing_m: f32,
+    /// The kernel's shape, in units of spacing².
+    pub kernel_shape: f32,
+    /// Prior precision of each weight, and of the bias.
+    pub prior_precision: f32,
+    /// Supports of a tile, `M`.
+    pub supports: u32,
+    /// Its band, `B`.
+    pub band: u32,
+    /// Supports a side that a point sees.
+    pub stencil: u32,
+    /// Supports of a tile along each axis.
+    pub tile_width: [u32; 2],
+    /// Supports from one tile to the next along each axis.
+    pub tile_stride: [u32; 2],
+    /// With [`PosteriorHeader::BOUNDED`], how many tiles there are along each axis; else 0.
+    pub tile_count: [u32; 2],
+    /// Zero.
+    pub reserved: u32,
+    /// The kernel's name, UTF-8, filled up with zeros.
+    pub kernel: Name,
+    /// The support's name, UTF-8, filled up with zeros.
+    pub support: Name,
+}
+
+// SAFETY: integers, floating-point numbers, and arrays of them.
+unsafe impl PlainNumbers for PosteriorHeader {}
+
+/// A tile: what queries need of it, and how new it is.
+#[repr(C)]
+#[derive(Debug, ZeroCopySend)]
+#[type_name("bhm.posterior-tile.v1")]
+pub struct PosteriorTile<const M: usize, const B: usize> {
+    /// The mapper's scan count when it was last touched.
+    pub touched_at: u64,
+    /// Number of updates it has learned from.
+    pub updates: u64,
+    /// Its place in the grid of tiles.
+    pub index: TileIndex<2>,
+    /// `Σ` and `μ` of the bias. Without bias: 1 and 0.
+    pub bias_covariance: f32,
+    /// See [`Self::bias_covariance`].
+    pub bias_mean: f32,
+    /// `μ` of the weights.
+    pub mean: [f32; M],
+    /// `Σ` between the bias and each weight.
+    pub border_covariance: [f32; M],
+    /// The band of `Σ`: `[i][j]` is the entry `(i, i + j)`.
+    pub covariance: Band<M, B>,
+}
+
+// SAFETY: integers, floating-point numbers, and arrays of them.
+unsafe impl<const M: usize, const B: usize> PlainNumbers for PosteriorTile<M, B> {}
+
+/// A posterior that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PosteriorRejected {
+    /// It does not begin as a posterior does.
+    #[error("not a posterior: it begins with {found:#018x}")]
+    Magic {
+        /// What it begins with.
+        found: u64,
+    },
+    /// It has another layout.
+    #[error("posterior layout {found}, {} is understood", PosteriorHeader::VERSION)]
+    Version {
+        /// Its layout.
+        found: u32,
+    },
+    /// It has flags or reserved words that mean nothing.
+    #[error("unknown flags {found:#x}")]
+    Flags {
+        /// Its flags.
+        found: u32,
+    },
+    /// It comes from no mapper, or has no number.
+    #[error("a posterior without a mapper or a number")]
+    Unnumbered,
+    /// Its tiles have another shape than the reader's.
+    #[error("tiles of {supports} supports in a band of {band} are not this reader's")]
+    Shape {
+        /// `M`.
+        supports: u32,
+        /// `B`.
+        band: u32,
+    },
+    /// The number of tiles is not the one that arrived.
+    #[error("{claimed} tiles are announced, {arrived} arrived")]
+    Count {
+        /// What the header says.
+        claimed: u64,
+        /// What arrived.
+        arrived: usize,
+    },
+    /// Tiles are not in ascending order of index.
+    #[error("tile {at} is out of order")]
+    Order {
+        /// Position of the first that is not above the one before.
+        at: usize,
+    },
+    /// The kernel is not known here.
+    #[error("unknown kernel")]
+    Kernel,
+    /// The support is not known here.
+    #[error("unknown support")]
+    Support,
+    /// The sensor's pose is not finite.
+    #[error("the sensor's pose is not finite")]
+    Pose,
+    /// The geometry contradicts itself.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+}
+
+impl PosteriorHeader {
+    /// What a posterior begins with.
+    pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM post");
+    /// The layout described here, of header and tiles.
+    pub const VERSION: u32 = 1;
+    /// Flag: the source has ended, and its last scan is dealt with.
+    pub const ENDED: u32 = 1;
+    /// Flag: there is a bias.
+    pub const BIAS: u32 = 2;
+    /// Flag: the plane is bounded.
+    pub const BOUNDED: u32 = 4;
+
+    /// Where the sensor stood at the newest scan integrated.
+    #[must_use]
+    pub fn map_from_sensor(&self) -> Pose {
+        Pose::new(self.x_m, self.y_m, self.theta_rad)
+    }
+
+    /// Whether the source has ended, and its last scan is dealt with.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        self.flags & Self::ENDED != 0
+    }
+
+    pub(super) fn write(&mut self, settings: &Settings, shape: (usize, usize), news: &PosteriorNews) {
+        let flag = |set, flag| if set { flag } else { 0 };
+        let (source, scan_sequence) = news.handled.unwrap_or((0, 0));
+        *self = Self {
+            magic: Self::MAGIC,
+            version: Self::VERSION,
+            flags: flag(news.ended, Self::ENDED)
+                | flag(settings.bias, Self::BIAS)
+                | flag(settings.tile_count.is_some(), Self::BOUNDED),
+            source,
+            scan_sequence,
+            archived: news.archived,
+            lost: news.lost,
+            x_m: news.map_from_sensor.x_m,
+            y_m: news.map_from_sensor.y_m,
+            theta_rad: news.map_from_sensor.theta_rad,
+            origin_m: settings.origin_m,
+            spacing_m: settings.spacing_m,
+            kernel_shape: settings.kernel_shape,
+            prior_precision: settings.prior_precision,
+            supports: shape.0 as u32,
+            band: shape.1 as u32,
+            stencil: settings.stencil as u32,
+            tile_width: settings.tile_width.map(|width| width as u32),
+            tile_stride: settings.tile_stride.map(|stride| stride as u32),
+            tile_count: settings.tile_count.unwrap_or([0; 2]).map(|count| count as u32),
+            kernel: name_of(settings.kernel.name()),
+            support: name_of(settings.support.name()),
+            ..Self::default()
+        };
+    }
+
+    /// The functions that the posterior was made with, if header and tiles can be used.
+    ///
+    /// What is inside a tile is not looked at: numbers that are not finite give answers that are not, and nothing worse.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check<const M: usize, const B: usize>(
+        &self,
+        tiles: &[PosteriorTile<M, B>],
+    ) -> Result<Model, PosteriorRejected> {
+        if self.magic != Self::MAGIC {
+            return Err(PosteriorRejected::Magic { found: self.magic });
+        }
+        if self.version != Self::VERSION {
+            return Err(PosteriorRejected::Version { found: self.version });
+        }
+        if self.flags & !(Self::ENDED | Self::BIAS | Self::BOUNDED) != 0 || self.reserved != 0 {
+            return Err(PosteriorRejected::Flags { found: self.flags });
+        }
+        if self.mapper == 0 || self.sequence == 0 {
+            return Err(PosteriorRejected::Unnumbered);
+        }
+        // Before anything multiplies them: the product of widths is then the product of two small numbers.
+        let [width, height] = self.tile_width.map(u64::from);
+        if (self.supports as usize, self.band as usize) != (M, B) || width * height != M as u64 {
+            return Err(PosteriorRejected::Shape { supports: self.supports, band: self.band });
+        }
+        if self.resident != tiles.len() as u64 {
+            return Err(PosteriorRejected::Count { claimed: self.resident, arrived: tiles.len() });
+        }
+        if let Some(before) = tiles.windows(2).position(|pair| pair[0].index >= pair[1].index) {
+            return Err(PosteriorRejected::Order { at: before + 1 });
+        }
+        if !self.map_from_sensor().is_finite() {
+            return Err(PosteriorRejected::Pose);
+        }
+        let model = self.settings()?.model()?;
+        model.tiling.check(M, B).map_err(SettingsError::from)?;
+        Ok(model)
+    }
+
+    /// The settings that queries depend on; what only learning needs is a profile's, not the mapper's.
+    fn settings(&self) -> Result<Settings, PosteriorRejected> {
+        let kernel = text_of(&self.kernel).and_then(|name| KernelChoice::ALL.iter().find(|k| k.name() == name));
+        let support = AnySupport::PointSupport(PointSupport);
+        if text_of(&self.support) != Some(support.name()) {
+            return Err(PosteriorRejected::Support);
+        }
+        let sizes = |of: [u32; 2]| of.map(|size| size as usize);
+        Ok(Settings {
+            origin_m: self.origin_m,
+            spacing_m: self.spacing_m,
+            kernel: *kernel.ok_or(PosteriorRejected::Kernel)?,
+            kernel_shape: self.kernel_shape,
+            support,
+            stencil: self.stencil as usize,
+            tile_width: sizes(self.tile_width),
+            tile_stride: sizes(self.tile_stride),
+            tile_count: (self.flags & Self::BOUNDED != 0).then(|| sizes(self.tile_count)),
+            prior_precision: self.prior_precision,
+            bias: self.flags & Self::BIAS != 0,
+            ..profile::INDOOR.settings
+        })
+    }
+}
+
+impl<const M: usize, const B: usize> PosteriorTile<M, B> {
+    /// Writes a tile over whatever was here, array by array.
+    pub fn write(&mut self, tile: &Tile<M, B>) {
+        self.touched_at = tile.touched_at;
+        self.updates = tile.updates;
+        self.index = tile.index;
+        self.bias_covariance = tile.posterior.bias_covariance;
+        self.bias_mean = tile.posterior.bias_mean;
+        self.mean.copy_from_slice(&tile.posterior.mean);
+        self.border_covariance.copy_from_slice(&tile.posterior.border_covariance);
+        self.covariance.copy_from_slice(&tile.posterior.covariance);
+    }
+
+    /// The part that queries read.
+    #[must_use]
+    pub fn view(&self) -> PosteriorView<'_, M, B> {
+        PosteriorView {
+            mean: &self.mean,
+            covariance: &self.covariance,
+            border_covariance: &self.border_covariance,
+            bias_covariance: self.bias_covariance,
+            bias_mean: self.bias_mean,
+        }
+    }
+}

@@ -1,0 +1,58 @@
+use bhm_core::{
+    posterior::PosteriorView,
+    settings::Model,
+    tile::{MapView, TileIndex, TileSource},
+};
+use iceoryx2::sample::Sample;
+
+use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, service::Ipc};
+
+/// A posterior that passed the checks, borrowed from shared memory until this is dropped. Queries run on it in place.
+///
+/// It stays as it was when it was received, whatever the mapper does meanwhile, its death included.
+#[derive(Debug)]
+pub struct PosteriorSample<const M: usize, const B: usize> {
+    sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    model: Model,
+}
+
+impl<const M: usize, const B: usize> PosteriorSample<M, B> {
+    pub(super) fn check(
+        sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    ) -> Result<Self, PosteriorRejected> {
+        let model = sample.user_header().check(sample.payload())?;
+        Ok(Self { sample, model })
+    }
+
+    /// Whose it is and how new.
+    #[must_use]
+    pub fn header(&self) -> &PosteriorHeader {
+        self.sample.user_header()
+    }
+
+    /// The functions it was made with.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Its tiles, in ascending order of index.
+    #[must_use]
+    pub fn tiles(&self) -> &[PosteriorTile<M, B>] {
+        self.sample.payload()
+    }
+
+    /// The map as queries see it.
+    #[must_use]
+    pub fn view(&self) -> MapView<'_, &Self, M, B> {
+        self.model.view(self)
+    }
+}
+
+impl<const M: usize, const B: usize> TileSource<M, B> for PosteriorSample<M, B> {
+    fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
+        let tiles = self.tiles();
+        let at = tiles.binary_search_by_key(index, |tile| tile.index).ok()?;
+        Some(tiles[at].view())
+    }
+}

@@ -1,0 +1,182 @@
+use std::time::Duration;
+
+use bhm_core::{geometry::Pose, mapper::Mapper};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+
+use super::service::{
+    Ipc, MAX_NODES, Sleeper, Waker, open_error, open_or_create_error, persistently, publisher_error, service_name,
+    subscriber_error,
+};
+use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile, Received};
+use super::{shared_memory, wire};
+
+const SERVICE: &str = "posterior";
+
+/// Consumers that a posterior has room for unless said otherwise. Each costs three posteriors of shared memory.
+pub const DEFAULT_CONSUMERS: usize = 4;
+
+/// A consumer wants the newest posterior only …
+const BUFFER: usize = 1;
+
+/// … and may compare it with the one before.
+const BORROWED: usize = 2;
+
+/// For the consumer that comes late.
+const HISTORY: usize = 1;
+
+const LOANED: usize = 1;
+
+/// What a mapper does not know about its own posterior.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PosteriorNews {
+    /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.
+    pub handled: Option<(u64, u64)>,
+    /// Whether that source has ended, and its last scan is dealt with.
+    pub ended: bool,
+    /// Where the sensor stood at the newest scan integrated.
+    pub map_from_sensor: Pose,
+    /// Tiles kept elsewhere.
+    pub archived: u64,
+    /// Tiles evicted and not kept.
+    pub lost: u64,
+}
+
+/// Writes posteriors into shared memory and hands them to whoever reads. It never waits for a reader.
+#[derive(Debug)]
+pub struct PosteriorPublisher<const M: usize, const B: usize> {
+    publisher: Publisher<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    waker: Waker,
+    mapper: u64,
+    sequence: u64,
+}
+
+impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
+    /// The domain's mapper publishes at most `slots` tiles at a time to at most `consumers` readers; `mapper` tells this run
+    /// of it from every other, see [`fresh_id`](super::fresh_id).
+    ///
+    /// All shared memory it will ever need is taken here.
+    ///
+    /// # Errors
+    /// [`IpcError::SharedMemory`] if there is no room, [`IpcError::AlreadyRunning`] if there is another mapper,
+    /// [`IpcError::Incompatible`] if readers of another shape of tile are still waiting.
+    pub fn open(participant: &Participant, mapper: u64, slots: usize, consumers: usize) -> Result<Self, IpcError> {
+        let name = service_name(SERVICE)?;
+        let (slots, consumers) = (slots.max(1), consumers.max(1));
+        let chunks = consumers * (BUFFER + BORROWED) + HISTORY + LOANED;
+        let tiles_bytes = slots * size_of::<PosteriorTile<M, B>>();
+        shared_memory::check_free((chunks * (tiles_bytes + size_of::<PosteriorHeader>())) as u64)?;
+        let service = persistently(participant, || {
+            participant
+                .node
+                .service_builder(&name)
+                .publish_subscribe::<[PosteriorTile<M, B>]>()
+                .user_header::<PosteriorHeader>()
+                .enable_safe_overflow(true)
+                .history_size(HISTORY)
+                .max_publishers(1)
+                .max_subscribers(consumers)
+                .max_nodes(MAX_NODES)
+                .subscriber_max_buffer_size(BUFFER)
+                .subscriber_max_borrowed_samples(BORROWED)
+                .open_or_create()
+                .map_err(|cause| open_or_create_error(participant, SERVICE, cause))
+        })?;
+        let publisher = persistently(participant, || {
+            let builder = service.publisher_builder().initial_max_slice_len(slots).max_loaned_samples(LOANED);
+            builder.create().map_err(|cause| publisher_error(participant, SERVICE, "mapper", cause))
+        })?;
+        shared_memory::reserve(&participant.domain)?;
+        Ok(Self { publisher, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
+    }
+
+    /// Publishes the mapper's resident tiles as they are now, and answers the publication's number.
+    ///
+    /// # Errors
+    /// If iceoryx2 failed, or the mapper has more tiles than `slots`.
+    pub fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
+        let tiles = mapper.tiles().iter();
+        let resident = tiles.len();
+        let loan = self.publisher.loan_slice_uninit(resident);
+        let mut loan = loan.map_err(|cause| IpcError::failed(SERVICE, "no memory to write a posterior in", cause))?;
+        for (slot, tile) in loan.payload_mut().iter_mut().zip(tiles) {
+            wire::in_place(slot).write(tile);
+        }
+        let header = loan.user_header_mut();
+        header.write(mapper.settings(), (M, B), news);
+        header.mapper = self.mapper;
+        header.sequence = self.sequence + 1;
+        header.stamp_ns = mapper.newest_stamp_ns();
+        header.scans = mapper.scans();
+        header.resident = resident as u64;
+        // SAFETY: as many tiles were written as were loaned, every field of each.
+        let sample = unsafe { loan.assume_init() };
+        sample.send().map_err(|cause| IpcError::failed(SERVICE, "a posterior was not sent", cause))?;
+        self.sequence += 1;
+        self.waker.wake();
+        Ok(self.sequence)
+    }
+
+    /// Hands the newest posterior to readers that came since; for cycles in which nothing is published.
+    ///
+    /// # Errors
+    /// If iceoryx2 failed.
+    pub fn greet(&self) -> Result<(), IpcError> {
+        self.publisher
+            .update_connections()
+            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
+    }
+}
+
+/// Reads posteriors where they lie.
+#[derive(Debug)]
+pub struct PosteriorSubscriber<const M: usize, const B: usize> {
+    subscriber: Subscriber<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    sleeper: Sleeper,
+}
+
+impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
+    /// A reader of the domain's posterior. Once open it outlives its mapper, and hears the next one.
+    ///
+    /// # Errors
+    /// [`IpcError::Absent`] as long as no mapper was there, [`IpcError::Incompatible`] if its tiles have another shape,
+    /// [`IpcError::TooManyReaders`].
+    pub fn open(participant: &Participant) -> Result<Self, IpcError> {
+        let name = service_name(SERVICE)?;
+        let service = persistently(participant, || {
+            participant
+                .node
+                .service_builder(&name)
+                .publish_subscribe::<[PosteriorTile<M, B>]>()
+                .user_header::<PosteriorHeader>()
+                .open()
+                .map_err(|cause| open_error(participant, SERVICE, cause))
+        })?;
+        let subscriber = service.subscriber_builder().create().map_err(|cause| subscriber_error(SERVICE, cause))?;
+        Ok(Self { subscriber, sleeper: Sleeper::new(participant, SERVICE)? })
+    }
+
+    /// The newest posterior since the last call, waiting for it at most as long as said (and never longer than 50 ms).
+    ///
+    /// A reader may hold two; it drops one to receive a third.
+    ///
+    /// # Errors
+    /// If iceoryx2 failed.
+    pub fn receive(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
+        if let Some(sample) = self.take()? {
+            return Ok(Some(sample));
+        }
+        if patience.is_zero() {
+            return Ok(None);
+        }
+        self.sleeper.sleep(patience)?;
+        self.take()
+    }
+
+    fn take(&self) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
+        let sample = self.subscriber.receive();
+        let sample = sample.map_err(|cause| IpcError::failed(SERVICE, "a posterior was not received", cause))?;
+        Ok(sample.map(PosteriorSample::check))
+    }
+}

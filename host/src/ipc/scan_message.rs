@@ -1,0 +1,188 @@
+use bhm_core::{
+    geometry::Pose,
+    scan::{MAX_BEAMS, Scan},
+};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::{IpcError, wire::PlainNumbers};
+
+/// A scan as it lies in shared memory.
+#[repr(C)]
+#[derive(Debug, ZeroCopySend)]
+#[type_name("bhm.scan.v1")]
+pub struct ScanMessage {
+    /// [`ScanMessage::MAGIC`].
+    pub magic: u64,
+    /// [`ScanMessage::VERSION`].
+    pub version: u32,
+    /// [`ScanMessage::LAST`] or 0.
+    pub flags: u32,
+    /// Which run of which source; never 0.
+    pub source: u64,
+    /// The run of the mapper that it is meant for; 0 for any.
+    pub mapper: u64,
+    /// The source's count, from 1.
+    pub sequence: u64,
+    /// When it was taken, nanoseconds on the source's clock.
+    pub stamp_ns: u64,
+    /// Where the sensor stands in the map, metres.
+    pub x_m: f32,
+    /// Where the sensor stands in the map, metres.
+    pub y_m: f32,
+    /// Where the sensor's x axis points, radians.
+    pub theta_rad: f32,
+    /// Bearing of the first beam, radians.
+    pub angle_min_rad: f32,
+    /// Radians per beam.
+    pub angle_increment_rad: f32,
+    /// Shortest range, metres.
+    pub range_min_m: f32,
+    /// Range at and beyond which nothing returned, metres.
+    pub range_max_m: f32,
+    /// How many of the ranges are meant.
+    pub beams: u32,
+    /// The ranges, metres; what follows the last beam means nothing.
+    pub ranges_m: [f32; MAX_BEAMS],
+}
+
+// SAFETY: integers, floating-point numbers, and an array of them.
+unsafe impl PlainNumbers for ScanMessage {}
+
+/// Whether more scans follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// More may follow.
+    Within,
+    /// The last of a source that ends.
+    Last,
+}
+
+/// Who sends a scan to whom, and as which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScanAddress {
+    /// Which run of which source; never 0.
+    pub source: u64,
+    /// The run of the mapper that it is meant for; `None` for any.
+    pub mapper: Option<u64>,
+    /// The source's count, from 1.
+    pub sequence: u64,
+    /// Whether more follow.
+    pub place: Place,
+}
+
+/// A scan that passed the checks, borrowed from the message.
+#[derive(Clone, Copy, Debug)]
+pub struct NumberedScan<'a> {
+    /// Who sent it to whom.
+    pub address: ScanAddress,
+    /// The scan; what it holds has yet to be judged by the mapper.
+    pub scan: Scan<'a>,
+}
+
+/// A scan message that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ScanMessageRejected {
+    /// It does not begin as a scan does.
+    #[error("not a scan: it begins with {found:#018x}")]
+    Magic {
+        /// What it begins with.
+        found: u64,
+    },
+    /// It has another layout.
+    #[error("scan layout {found}, {} is understood", ScanMessage::VERSION)]
+    Version {
+        /// Its layout.
+        found: u32,
+    },
+    /// It has flags that mean nothing.
+    #[error("unknown flags {found:#x}")]
+    Flags {
+        /// Its flags.
+        found: u32,
+    },
+    /// It has no source or no number.
+    #[error("a scan without a source or a number")]
+    Unnumbered,
+    /// It claims more beams than a message holds.
+    #[error("{found} beams, at most {MAX_BEAMS} fit")]
+    Beams {
+        /// What it claims.
+        found: u32,
+    },
+}
+
+impl ScanMessage {
+    /// What a scan begins with.
+    pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM scan");
+    /// The layout described here.
+    pub const VERSION: u32 = 1;
+    /// Flag: the last scan of a source that ends.
+    pub const LAST: u32 = 1;
+
+    /// Writes a scan over whatever was here.
+    ///
+    /// # Errors
+    /// [`IpcError::TooManyBeams`].
+    pub fn write(&mut self, address: &ScanAddress, scan: &Scan<'_>) -> Result<(), IpcError> {
+        let beams = scan.ranges_m.len();
+        let Some(ranges_m) = self.ranges_m.get_mut(..beams) else {
+            return Err(IpcError::TooManyBeams { beams });
+        };
+        ranges_m.copy_from_slice(scan.ranges_m);
+        self.magic = Self::MAGIC;
+        self.version = Self::VERSION;
+        self.flags = match address.place {
+            Place::Within => 0,
+            Place::Last => Self::LAST,
+        };
+        self.source = address.source;
+        self.mapper = address.mapper.unwrap_or(0);
+        self.sequence = address.sequence;
+        self.stamp_ns = scan.stamp_ns;
+        self.x_m = scan.map_from_sensor.x_m;
+        self.y_m = scan.map_from_sensor.y_m;
+        self.theta_rad = scan.map_from_sensor.theta_rad;
+        self.angle_min_rad = scan.angle_min_rad;
+        self.angle_increment_rad = scan.angle_increment_rad;
+        self.range_min_m = scan.range_min_m;
+        self.range_max_m = scan.range_max_m;
+        self.beams = beams as u32;
+        Ok(())
+    }
+
+    /// The scan, if the message can be read.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it.
+    pub fn check(&self) -> Result<NumberedScan<'_>, ScanMessageRejected> {
+        if self.magic != Self::MAGIC {
+            return Err(ScanMessageRejected::Magic { found: self.magic });
+        }
+        if self.version != Self::VERSION {
+            return Err(ScanMessageRejected::Version { found: self.version });
+        }
+        let place = match self.flags {
+            0 => Place::Within,
+            Self::LAST => Place::Last,
+            found => return Err(ScanMessageRejected::Flags { found }),
+        };
+        if self.source == 0 || self.sequence == 0 {
+            return Err(ScanMessageRejected::Unnumbered);
+        }
+        let ranges_m = self.ranges_m.get(..self.beams as usize);
+        let ranges_m = ranges_m.ok_or(ScanMessageRejected::Beams { found: self.beams })?;
+        let mapper = (self.mapper != 0).then_some(self.mapper);
+        Ok(NumberedScan {
+            address: ScanAddress { source: self.source, mapper, sequence: self.sequence, place },
+            scan: Scan {
+                stamp_ns: self.stamp_ns,
+                map_from_sensor: Pose::new(self.x_m, self.y_m, self.theta_rad),
+                angle_min_rad: self.angle_min_rad,
+                angle_increment_rad: self.angle_increment_rad,
+                range_min_m: self.range_min_m,
+                range_max_m: self.range_max_m,
+                ranges_m,
+            },
+        })
+    }
+}

@@ -1,0 +1,161 @@
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::wire::{Name, PlainNumbers, name_of, text_of};
+
+/// Most counters that a status carries.
+pub const MAX_COUNTERS: usize = 64;
+
+/// A counter and what it counts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("bhm.counter.v1")]
+pub struct NamedCounter {
+    /// UTF-8, filled up with zeros.
+    pub name: Name,
+    /// How many.
+    pub value: u64,
+}
+
+/// How far the mapper has come, and everything it counts. Names travel with the numbers, so that an onlooker of any
+/// version can print them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[type_name("bhm.status.v1")]
+pub struct StatusMessage {
+    /// [`StatusMessage::MAGIC`].
+    pub magic: u64,
+    /// [`StatusMessage::VERSION`].
+    pub version: u32,
+    /// [`StatusMessage::ENDED`] or 0.
+    pub flags: u32,
+    /// Which run of the mapper; never 0.
+    pub mapper: u64,
+    /// Which run of which source it heard last; 0 for none.
+    pub source: u64,
+    /// Every scan of that source up to this one is dealt with: integrated, or refused and counted.
+    pub handled: u64,
+    /// How many of the counters are meant.
+    pub counters_len: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The counters.
+    pub counters: [NamedCounter; MAX_COUNTERS],
+}
+
+// SAFETY: integers and arrays of them, the counters included.
+unsafe impl PlainNumbers for StatusMessage {}
+
+/// How far the mapper has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.
+    pub handled: Option<(u64, u64)>,
+    /// Whether that source said that it ends, and its last scan is dealt with.
+    pub ended: bool,
+}
+
+/// A status message that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StatusRejected {
+    /// It does not begin as a status does.
+    #[error("not a status: it begins with {found:#018x}")]
+    Magic {
+        /// What it begins with.
+        found: u64,
+    },
+    /// It has another layout.
+    #[error("status layout {found}, {} is understood", StatusMessage::VERSION)]
+    Version {
+        /// Its layout.
+        found: u32,
+    },
+    /// It has flags or reserved words that mean nothing.
+    #[error("unknown flags {found:#x}")]
+    Flags {
+        /// Its flags.
+        found: u32,
+    },
+    /// It comes from no mapper.
+    #[error("a status without a mapper")]
+    NoMapper,
+    /// It claims more counters than a message holds.
+    #[error("{found} counters, at most {MAX_COUNTERS} fit")]
+    Counters {
+        /// What it claims.
+        found: u32,
+    },
+    /// A counter's name is not text.
+    #[error("the name of counter {index} is not text")]
+    Name {
+        /// Which.
+        index: usize,
+    },
+}
+
+impl StatusMessage {
+    /// What a status begins with.
+    pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM stat");
+    /// The layout described here.
+    pub const VERSION: u32 = 1;
+    /// Flag: the source has ended, and its last scan is dealt with.
+    pub const ENDED: u32 = 1;
+
+    /// Writes a status over whatever was here; counters beyond [`MAX_COUNTERS`] are left out.
+    pub fn write<'n>(&mut self, mapper: u64, progress: &Progress, counters: impl IntoIterator<Item = (&'n str, u64)>) {
+        let mut len = 0;
+        for (slot, (name, value)) in self.counters.iter_mut().zip(counters) {
+            *slot = NamedCounter { name: name_of(name), value };
+            len += 1;
+        }
+        self.counters[len..].fill(NamedCounter::default());
+        self.counters_len = len as u32;
+        self.magic = Self::MAGIC;
+        self.version = Self::VERSION;
+        self.flags = if progress.ended { Self::ENDED } else { 0 };
+        self.mapper = mapper;
+        (self.source, self.handled) = progress.handled.unwrap_or((0, 0));
+        self.reserved = 0;
+    }
+
+    /// Whether the message can be read.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it.
+    pub fn check(&self) -> Result<(), StatusRejected> {
+        if self.magic != Self::MAGIC {
+            return Err(StatusRejected::Magic { found: self.magic });
+        }
+        if self.version != Self::VERSION {
+            return Err(StatusRejected::Version { found: self.version });
+        }
+        if self.flags & !Self::ENDED != 0 || self.reserved != 0 {
+            return Err(StatusRejected::Flags { found: self.flags });
+        }
+        if self.mapper == 0 {
+            return Err(StatusRejected::NoMapper);
+        }
+        if self.counters_len as usize > MAX_COUNTERS {
+            return Err(StatusRejected::Counters { found: self.counters_len });
+        }
+        match self.meant().iter().position(|counter| text_of(&counter.name).is_none()) {
+            Some(index) => Err(StatusRejected::Name { index }),
+            None => Ok(()),
+        }
+    }
+
+    /// How far the mapper has come.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let handled = (self.source != 0).then_some((self.source, self.handled));
+        Progress { handled, ended: self.flags & Self::ENDED != 0 }
+    }
+
+    /// The counters, by name.
+    pub fn counters(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.meant().iter().filter_map(|counter| Some((text_of(&counter.name)?, counter.value)))
+    }
+
+    fn meant(&self) -> &[NamedCounter] {
+        &self.counters[..MAX_COUNTERS.min(self.counters_len as usize)]
+    }
+}

@@ -1,0 +1,243 @@
+use bhm_core::{scan::MAX_BEAMS, settings::SettingsError};
+use iceoryx2::prelude::ZeroCopySend;
+use proptest::prelude::*;
+
+use super::*;
+use crate::ipc::wire::{self, PlainNumbers};
+
+/// A message on the heap, zeroed: too large for the stack.
+fn zeroed<T: PlainNumbers>() -> Box<T> {
+    let mut message = Box::<T>::new_zeroed();
+    wire::in_place(&mut message);
+    // SAFETY: zeros are a value of a message that is plain numbers.
+    unsafe { message.assume_init() }
+}
+
+/// Writes bytes over a message, as a stranger might.
+fn scribble<T: PlainNumbers>(message: &mut T, bytes: &[u8]) {
+    assert!(bytes.len() <= size_of::<T>());
+    // SAFETY: inside the message, and any bytes are a value of a message that is plain numbers.
+    unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), std::ptr::from_mut(message).cast(), bytes.len()) };
+}
+
+const ADDRESS: ScanAddress = ScanAddress { source: 7, mapper: Some(9), sequence: 3, place: Place::Last };
+
+fn scan_message() -> Box<ScanMessage> {
+    let mut message = zeroed::<ScanMessage>();
+    message.write(&ADDRESS, &scan(3).as_scan()).expect("few beams");
+    message
+}
+
+fn status_message() -> Box<StatusMessage> {
+    let mut message = zeroed::<StatusMessage>();
+    message.write(5, &Progress { handled: Some((7, 3)), ended: true }, [("received", 4), ("lost", 1)]);
+    message
+}
+
+/// A header as it is sent, and its tiles.
+fn posterior() -> (PosteriorHeader, Vec<PosteriorTile<144, 40>>) {
+    let map = learned(3);
+    let mut header = PosteriorHeader::default();
+    let news = PosteriorNews { handled: Some((7, 3)), map_from_sensor: Pose::new(1.0, 2.0, 3.0), ..Default::default() };
+    header.write(map.mapper().settings(), (144, 40), &news);
+    header.mapper = 5;
+    header.sequence = 1;
+    let tiles: Vec<PosteriorTile<144, 40>> = map
+        .mapper()
+        .tiles()
+        .iter()
+        .map(|tile| {
+            let mut copy = zeroed::<PosteriorTile<144, 40>>();
+            copy.write(tile);
+            *copy
+        })
+        .collect();
+    assert!(tiles.len() >= 2, "the scans reach more than one tile");
+    header.resident = tiles.len() as u64;
+    (header, tiles)
+}
+
+/// A change of any of these is a new layout and needs a new version, in the type's name and in the constant.
+#[test]
+fn layouts_are_those_of_version_1() {
+    assert_eq!(size_of::<ScanMessage>(), 80 + 4 * MAX_BEAMS);
+    assert_eq!(std::mem::offset_of!(ScanMessage, ranges_m), 80);
+    assert_eq!(size_of::<StatusMessage>(), 48 + 40 * MAX_COUNTERS);
+    assert_eq!(size_of::<PosteriorHeader>(), 224);
+    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 120);
+    assert_eq!(size_of::<PosteriorTile<144, 40>>(), 32 + 4 * (144 + 144 + 144 * 40));
+    // SAFETY: the names are read, nothing is done with them.
+    let names = unsafe {
+        [
+            <ScanMessage as ZeroCopySend>::type_name(),
+            <StatusMessage as ZeroCopySend>::type_name(),
+            <PosteriorHeader as ZeroCopySend>::type_name(),
+            <PosteriorTile<144, 40> as ZeroCopySend>::type_name(),
+        ]
+    };
+    assert_eq!(names, ["bhm.scan.v1", "bhm.status.v1", "bhm.posterior.v1", "bhm.posterior-tile.v1"]);
+    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [1; 3]);
+}
+
+#[test]
+fn a_scan_survives_the_way() {
+    let message = scan_message();
+    let numbered = message.check().expect("a good message");
+    assert_eq!(numbered.address, ADDRESS);
+    let record = scan(3);
+    assert_eq!(format!("{:?}", numbered.scan), format!("{:?}", record.as_scan()));
+    assert!(std::ptr::eq(numbered.scan.ranges_m.as_ptr(), message.ranges_m.as_ptr()), "borrowed, not copied");
+}
+
+#[test]
+fn every_damage_to_a_scan_is_named() {
+    type Damage = (fn(&mut ScanMessage), ScanMessageRejected);
+    let damages: [Damage; 7] = [
+        (|m| m.magic += 1, ScanMessageRejected::Magic { found: ScanMessage::MAGIC + 1 }),
+        (|m| m.version = 2, ScanMessageRejected::Version { found: 2 }),
+        (|m| m.flags = 2, ScanMessageRejected::Flags { found: 2 }),
+        (|m| m.flags |= 1 << 31, ScanMessageRejected::Flags { found: 1 << 31 | 1 }),
+        (|m| m.source = 0, ScanMessageRejected::Unnumbered),
+        (|m| m.sequence = 0, ScanMessageRejected::Unnumbered),
+        (|m| m.beams = MAX_BEAMS as u32 + 1, ScanMessageRejected::Beams { found: MAX_BEAMS as u32 + 1 }),
+    ];
+    for (damage, expected) in damages {
+        let mut message = scan_message();
+        damage(&mut message);
+        assert_eq!(message.check().err(), Some(expected));
+    }
+}
+
+#[test]
+fn a_scan_with_too_many_beams_is_not_sent() {
+    let mut record = scan(1);
+    record.ranges_m = vec![1.0; MAX_BEAMS + 1];
+    let refused = zeroed::<ScanMessage>().write(&ADDRESS, &record.as_scan());
+    assert_eq!(refused, Err(IpcError::TooManyBeams { beams: MAX_BEAMS + 1 }));
+    record.ranges_m.pop();
+    zeroed::<ScanMessage>().write(&ADDRESS, &record.as_scan()).expect("as many as fit");
+}
+
+#[test]
+fn a_status_survives_the_way() {
+    let message = status_message();
+    assert_eq!(message.check(), Ok(()));
+    assert_eq!(message.progress(), Progress { handled: Some((7, 3)), ended: true });
+    assert_eq!(message.counters().collect::<Vec<_>>(), [("received", 4), ("lost", 1)]);
+}
+
+#[test]
+fn every_damage_to_a_status_is_named() {
+    type Damage = (fn(&mut StatusMessage), StatusRejected);
+    let damages: [Damage; 7] = [
+        (|m| m.magic = 0, StatusRejected::Magic { found: 0 }),
+        (|m| m.version = 0, StatusRejected::Version { found: 0 }),
+        (|m| m.flags = 6, StatusRejected::Flags { found: 6 }),
+        (|m| m.reserved = 1, StatusRejected::Flags { found: 1 }),
+        (|m| m.mapper = 0, StatusRejected::NoMapper),
+        (|m| m.counters_len = MAX_COUNTERS as u32 + 1, StatusRejected::Counters { found: MAX_COUNTERS as u32 + 1 }),
+        (|m| m.counters[1].name[0] = 0xff, StatusRejected::Name { index: 1 }),
+    ];
+    for (damage, expected) in damages {
+        let mut message = status_message();
+        damage(&mut message);
+        assert_eq!(message.check(), Err(expected));
+    }
+}
+
+#[test]
+fn a_posterior_of_every_profile_gives_back_its_model() {
+    for profile in profile::ALL {
+        let mut header = PosteriorHeader::default();
+        let model = profile.settings.model().expect("a good profile");
+        let window = model.tiling.window(&[0, 0]);
+        let shape = (window.supports(), window.band(profile.settings.stencil));
+        header.write(&profile.settings, shape, &PosteriorNews::default());
+        (header.mapper, header.sequence) = (5, 1);
+        macro_rules! check {
+            ($(($m:literal, $b:literal)),* $(,)?) => {
+                [$((shape == ($m, $b)).then(|| header.check::<$m, $b>(&[]))),*].into_iter().flatten().next()
+            };
+        }
+        let found = bhm_core::for_each_shape!(check).expect("a compiled shape");
+        assert_eq!(found, Ok(model), "{}", profile.name);
+    }
+}
+
+#[test]
+fn every_damage_to_a_posterior_is_named() {
+    type Damage = (fn(&mut PosteriorHeader), fn(&PosteriorRejected) -> bool);
+    use PosteriorRejected as No;
+    let damages: [Damage; 26] = [
+        (|h| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
+        (|h| h.version = 2, |e| matches!(e, No::Version { found: 2 })),
+        (|h| h.flags |= 8, |e| matches!(e, No::Flags { .. })),
+        (|h| h.reserved = 1, |e| matches!(e, No::Flags { .. })),
+        (|h| h.mapper = 0, |e| matches!(e, No::Unnumbered)),
+        (|h| h.sequence = 0, |e| matches!(e, No::Unnumbered)),
+        (|h| h.supports = 145, |e| matches!(e, No::Shape { supports: 145, .. })),
+        (|h| h.band = 39, |e| matches!(e, No::Shape { band: 39, .. })),
+        (|h| h.tile_width = [144, 2], |e| matches!(e, No::Shape { .. })),
+        (|h| h.tile_width = [u32::MAX; 2], |e| matches!(e, No::Shape { .. })),
+        (|h| h.tile_width = [144, 1], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.tile_width = [1, 144], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.tile_stride = [0, 8], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.tile_stride = [u32::MAX; 2], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.stencil = 0, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.stencil = u32::MAX, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.stencil = 6, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| h.resident += 1, |e| matches!(e, No::Count { .. })),
+        (|h| h.kernel = [0xff; 32], |e| matches!(e, No::Kernel)),
+        (|h| h.kernel[0] = b'k', |e| matches!(e, No::Kernel)),
+        (|h| h.support = [0; 32], |e| matches!(e, No::Support)),
+        (|h| h.theta_rad = f32::NAN, |e| matches!(e, No::Pose)),
+        (|h| h.origin_m[1] = f32::INFINITY, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+        (|h| h.spacing_m = -0.5, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+        (|h| h.kernel_shape = f32::NAN, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+        (|h| h.prior_precision = 0.0, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+    ];
+    let (good, mut tiles) = posterior();
+    assert!(good.check(&tiles).is_ok());
+    for (number, (damage, expected)) in damages.into_iter().enumerate() {
+        let mut header = good;
+        damage(&mut header);
+        let error = header.check(&tiles).expect_err("damaged");
+        assert!(expected(&error), "damage {number} gives {error:?}");
+    }
+    tiles.swap(0, 1);
+    assert_eq!(good.check(&tiles), Err(No::Order { at: 1 }));
+    tiles[1].index = tiles[0].index;
+    assert_eq!(good.check(&tiles), Err(No::Order { at: 1 }));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    /// A stranger's bytes, whole or behind a good beginning, are answered without a panic.
+    #[test]
+    fn random_bytes_never_panic(
+        bytes in proptest::collection::vec(any::<u8>(), 224),
+        good in 0_usize..224,
+    ) {
+        let (first, rest) = (&bytes[..good], &bytes[good..]);
+        let mut scan = scan_message();
+        scribble(&mut *scan, &bytes[..80]);
+        prop_assert!(scan.check().is_err());
+        let mut status = status_message();
+        scribble(&mut *status, first);
+        let _ = (status.check(), status.progress(), status.counters().count());
+
+        let mut header = PosteriorHeader::default();
+        header.write(&profile::COMPACT.settings, (144, 40), &PosteriorNews::default());
+        (header.mapper, header.sequence) = (5, 1);
+        let mut behind = header;
+        scribble(&mut header, &bytes);
+        prop_assert!(header.check::<144, 40>(&[]).is_err());
+        // SAFETY: within the header, and any bytes are a value of it.
+        let tail = unsafe {
+            std::slice::from_raw_parts_mut(std::ptr::from_mut(&mut behind).cast::<u8>().add(good), 224 - good)
+        };
+        tail.copy_from_slice(rest);
+        let _ = behind.check::<144, 40>(&[]);
+    }
+}
