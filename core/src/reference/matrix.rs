@@ -94,8 +94,8 @@ pub fn times(a: &Matrix, x: &[f64]) -> Vec<f64> {
 /// `xᵀA x`.
 #[must_use]
 pub fn quadratic(a: &Matrix, x: &[f64]) -> f64 {
-    let terms = a.iter().zip(x).filter(|(_, xi)| **xi != 0.0);
-    terms.map(|(row, xi)| xi * row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>()).sum()
+    let present: Vec<usize> = (0..x.len()).filter(|i| x[*i] != 0.0).collect();
+    present.iter().map(|&i| x[i] * present.iter().map(|&j| a[i][j] * x[j]).sum::<f64>()).sum()
 }
 
 #[cfg(test)]
