@@ -52,7 +52,12 @@ fn check<const M: usize, const B: usize>(scans: &[Vec<SparseRow>], precision: f3
     let mut learner = Learner::<M, B>::flat(precision);
     let mut worst = [0.0_f64; 2];
     for rows in scans {
-        let exact = learner.dense().update(&observations::<M>(rows), &oracle_rule, PASSES as usize).unwrap().objectives;
+        let exact = learner
+            .dense()
+            .unwrap()
+            .update(&observations::<M>(rows), &oracle_rule, PASSES as usize)
+            .unwrap()
+            .objectives;
         let mut last = f64::NEG_INFINITY;
         for passes in 1..=PASSES {
             let mut trial = learner.clone();

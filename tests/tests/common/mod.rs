@@ -67,10 +67,18 @@ impl<const M: usize, const B: usize> Clone for Learner<M, B> {
 }
 
 /// One observation as both sides take it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct SparseRow {
     pub entries: Vec<(u32, f32)>,
     pub occupied: bool,
+}
+
+/// Short, since thousands of rows are printed when a property fails.
+impl std::fmt::Debug for SparseRow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let peak = self.entries.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        write!(f, "{}{:?}", if self.occupied { '+' } else { '-' }, peak.unwrap_or(&(0, 0.0)))
+    }
 }
 
 impl<const M: usize, const B: usize> Learner<M, B> {
@@ -118,9 +126,11 @@ impl<const M: usize, const B: usize> Learner<M, B> {
     }
 
     /// The same belief in `f64`; without bias. `Σ` and everything else follow from the information matrix and the mean.
-    pub fn dense(&self) -> DensePosterior {
+    ///
+    /// An error is the row of the pivot that is not positive: rounding made the core's matrix no matrix of a belief.
+    pub fn dense(&self) -> Result<DensePosterior, usize> {
         let mean = self.posterior.mean.iter().copied().map(f64::from).collect();
-        DensePosterior::from_mean(self.information(), mean).expect("the core's matrix is positive definite")
+        DensePosterior::from_mean(self.information(), mean)
     }
 }
 
