@@ -233,3 +233,31 @@ fn an_absurd_range_is_only_far_away() {
         assert_eq!(report.beams.total(), 4);
     }
 }
+
+/// Something covers the lens: every beam of a dense lidar ends in the same cell, scan after scan, in a map that knows
+/// nothing yet. That is much to learn about one place, not a reason to learn nothing.
+#[test]
+fn a_covered_lens_is_learned() {
+    for beams in [360, 1_081, MAX_BEAMS] {
+        for radius_m in [0.05, 0.2] {
+            let mut map = open();
+            let increment_rad = std::f32::consts::TAU / beams as f32;
+            let mut failed = 0;
+            for stamp in 0..20 {
+                let scan = ScanRecord {
+                    range_min_m: 0.0,
+                    angle_increment_rad: increment_rad,
+                    ranges_m: vec![radius_m; beams],
+                    ..good(stamp)
+                };
+                failed += map.integrate(&scan.as_scan()).unwrap().tiles_failed;
+            }
+            let at = good(0).map_from_sensor.point_along(1.0, radius_m);
+            println!(
+                "{beams} beams of {radius_m} m, 20 scans: {failed} updates failed; {:?}",
+                map.mapper().occupancy(&at)
+            );
+            assert_eq!(failed, 0, "{beams} beams of {radius_m} m");
+        }
+    }
+}
