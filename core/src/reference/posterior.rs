@@ -102,6 +102,14 @@ pub struct Trace {
     pub rejected: usize,
 }
 
+/// A pass that was kept: what a worse one is taken back towards.
+struct GoodPass {
+    belief: DensePosterior,
+    objective: f64,
+    /// Curvature and pull of each observation.
+    sites: Vec<(f64, f64)>,
+}
+
 impl DensePosterior {
     /// `N(0, diag(precisions)⁻¹)`.
     ///
@@ -222,7 +230,7 @@ impl DensePosterior {
         let first = prior.first_xi(observations, XiStart::PredictedUpTo(xi_cap));
         let mut sites: Vec<_> =
             observations.iter().zip(&first).map(|(o, xi)| (2.0 * lambda(*xi), o.label() - 0.5)).collect();
-        let mut good: Option<(Self, f64, Vec<(f64, f64)>)> = None;
+        let mut good: Option<GoodPass> = None;
         let mut trace = Trace::default();
         for _ in 0..passes {
             let (information, eta) = prior.with_sites(observations, &sites);
@@ -230,21 +238,22 @@ impl DensePosterior {
             let objective = candidate.evidence_lower_bound(&prior, observations);
             trace.objectives.push(objective);
             match &good {
-                Some((_, best, good_sites)) if !safeguard.allows(*best, objective) => {
+                Some(good) if !safeguard.allows(good.objective, objective) => {
                     trace.rejected += 1;
                     // (Λ, η) are linear in the sites: this is half-way between the two beliefs.
-                    for (site, good) in sites.iter_mut().zip(good_sites) {
+                    for (site, good) in sites.iter_mut().zip(&good.sites) {
                         *site = (0.5 * (site.0 + good.0), 0.5 * (site.1 + good.1));
                     }
                 }
                 _ => {
                     let next = observations.iter().map(|o| candidate.expected_site(o)).collect();
-                    good = Some((candidate, objective, core::mem::replace(&mut sites, next)));
+                    let sites = core::mem::replace(&mut sites, next);
+                    good = Some(GoodPass { belief: candidate, objective, sites });
                 }
             }
         }
-        if let Some((belief, ..)) = good {
-            *self = belief;
+        if let Some(good) = good {
+            *self = good.belief;
         }
         Ok(trace)
     }
