@@ -261,3 +261,20 @@ fn a_covered_lens_is_learned() {
         }
     }
 }
+
+/// One place, told a thousand times in one batch, in a map that knows nothing yet, with the settings as they ship.
+#[test]
+fn a_thousand_times_the_same_is_learned() {
+    let mut failures = Vec::new();
+    for count in [300, 1_000, 3_000] {
+        for every_second in [false, true] {
+            let mut map = open();
+            let labels: Vec<_> = (0..count).map(|i| every_second && i % 2 == 0).collect();
+            let report = map.integrate_points(&vec![Point::<2>::new(1.2, 1.15); count], &labels).unwrap();
+            if report.tiles_failed > 0 {
+                failures.push((count, every_second, report.tiles_failed));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "(points, contradicting, tiles that failed): {failures:?}");
+}
