@@ -18,6 +18,8 @@ pub mod lattice;
 pub mod mapper;
 pub mod posterior;
 pub mod profile;
+#[cfg(feature = "reference")]
+pub mod reference;
 pub mod rule;
 pub mod scan;
 pub mod settings;

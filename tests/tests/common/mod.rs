@@ -1,0 +1,204 @@
+//! What several of these tests need: the recorded logs, posteriors to work on, the oracle's view of the core's numbers.
+#![allow(dead_code, reason = "each test file is a program of its own and uses a part of this")]
+#![allow(unreachable_pub, reason = "there is nobody outside a test program")]
+
+use std::path::PathBuf;
+
+use bhm_core::{
+    beam::{Beam, BeamRule, BeamTally, LabelledPoint, sort_beam},
+    em::{self, UpdateReport},
+    posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowState, Rows, Scratch},
+    reference::{DensePosterior, Matrix, Observation, Safeguard},
+    rule::AnyRule,
+    settings::Settings,
+};
+use bhm_host::{
+    ScanRecord,
+    dataset::{self, ReadOptions},
+};
+
+/// How far a pass may lower the bound, as the core's `em` module states it: `1e-3 + 1e-5·|L|`.
+pub const SAFEGUARD: Safeguard = Safeguard { absolute: 1e-3, relative: 1e-5 };
+
+/// The scans of the Intel Research Lab log, from the directory in `BHM_DATA` or from `shared/data` beside the workspace.
+///
+/// `None` where it is absent, which is said on standard error; in CI (`CI` set) absence fails the test instead.
+pub fn intel_scans() -> Option<Vec<ScanRecord>> {
+    let directory = std::env::var_os("BHM_DATA")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
+    let path = directory.join("intel-corrected.log.gz");
+    if !path.is_file() {
+        assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
+        eprintln!("skipped: {} is absent; set BHM_DATA to the recorded logs", path.display());
+        return None;
+    }
+    Some(dataset::read_log(&path, &ReadOptions::default()).expect("a readable log").scans)
+}
+
+/// The labelled points that a scan is under these settings.
+pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPoint> {
+    let (mut points, mut tally) = (Vec::new(), BeamTally::default());
+    let pose = scan.map_from_sensor;
+    for (number, range_m) in scan.ranges_m.iter().enumerate() {
+        let Some(end) = sort_beam(*range_m, &scan.as_scan(), &settings.limits, &mut tally) else { continue };
+        let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
+        let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
+        settings.beam.observe(&beam, &mut |point| {
+            points.push(point);
+            true
+        });
+    }
+    points
+}
+
+/// A posterior and everything needed to update it.
+pub struct Learner<const M: usize, const B: usize> {
+    pub prior: Prior,
+    pub posterior: Box<Posterior<M, B>>,
+    pub scratch: Box<Scratch<M, B>>,
+}
+
+impl<const M: usize, const B: usize> Clone for Learner<M, B> {
+    fn clone(&self) -> Self {
+        let mut copy = Self::new(self.prior);
+        copy.posterior.copy_from(&self.posterior);
+        copy
+    }
+}
+
+/// One observation as both sides take it.
+#[derive(Clone)]
+pub struct SparseRow {
+    pub entries: Vec<(u32, f32)>,
+    pub occupied: bool,
+}
+
+/// Short, since thousands of rows are printed when a property fails.
+impl std::fmt::Debug for SparseRow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let peak = self.entries.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        write!(f, "{}{:?}", if self.occupied { '+' } else { '-' }, peak.unwrap_or(&(0, 0.0)))
+    }
+}
+
+impl<const M: usize, const B: usize> Learner<M, B> {
+    pub fn new(prior: Prior) -> Self {
+        // SAFETY: both are documented to be plain numbers for which all-zero bytes are a value.
+        let (mut posterior, scratch) = unsafe {
+            (Box::<Posterior<M, B>>::new_zeroed().assume_init(), Box::<Scratch<M, B>>::new_zeroed().assume_init())
+        };
+        posterior.reset(&prior);
+        Self { prior, posterior, scratch }
+    }
+
+    /// With a prior of this precision and no bias.
+    pub fn flat(precision: f32) -> Self {
+        Self::new(Prior { precision, bias: None })
+    }
+
+    /// Learns rows that must all be acceptable.
+    pub fn update(
+        &mut self,
+        rows: &[SparseRow],
+        rule: &AnyRule,
+        passes: u32,
+    ) -> Result<UpdateReport, NotPositiveDefinite> {
+        let mut entries = vec![Entry::default(); rows.iter().map(|row| row.entries.len()).sum()];
+        let mut states = vec![RowState::default(); rows.len()];
+        let mut pushed = Rows::new(&mut entries, &mut states);
+        for row in rows {
+            let entries = row.entries.iter().map(|(index, value)| Entry { index: *index, value: *value });
+            pushed.push::<M, B>(entries, 0.0, row.occupied).expect("an acceptable row");
+        }
+        em::update(&mut self.posterior, &mut pushed, rule, passes, &mut self.scratch)
+    }
+
+    /// The information matrix in `f64`; without bias.
+    pub fn information(&self) -> Matrix {
+        let mut dense = vec![vec![0.0; M]; M];
+        for (i, row) in self.posterior.information.iter().enumerate() {
+            for (j, value) in row.iter().enumerate().take(M - i) {
+                dense[i][i + j] = f64::from(*value);
+                dense[i + j][i] = f64::from(*value);
+            }
+        }
+        dense
+    }
+
+    /// The same belief in `f64`; without bias. `Σ` and everything else follow from the information matrix and the mean.
+    ///
+    /// An error is the row of the pivot that is not positive: rounding made the core's matrix no matrix of a belief.
+    pub fn dense(&self) -> Result<DensePosterior, usize> {
+        let mean = self.posterior.mean.iter().copied().map(f64::from).collect();
+        DensePosterior::from_mean(self.information(), mean)
+    }
+}
+
+/// Rows with every feature, for the oracle.
+pub fn observations<const M: usize>(rows: &[SparseRow]) -> Vec<Observation> {
+    rows.iter()
+        .map(|row| {
+            let mut phi = vec![0.0; M];
+            for (index, value) in &row.entries {
+                phi[*index as usize] = f64::from(*value);
+            }
+            Observation { phi, occupied: row.occupied }
+        })
+        .collect()
+}
+
+/// Largest and root mean square of differences.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Differences {
+    pub count: usize,
+    pub largest: f64,
+    squares: f64,
+}
+
+impl Differences {
+    pub fn add(&mut self, difference: f64) {
+        assert!(difference.is_finite());
+        self.count += 1;
+        self.largest = self.largest.max(difference.abs());
+        self.squares += difference * difference;
+    }
+
+    pub fn rms(&self) -> f64 {
+        (self.squares / self.count as f64).sqrt()
+    }
+}
+
+impl std::fmt::Display for Differences {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "rms {:.2e}, largest {:.2e} over {}", self.rms(), self.largest, self.count)
+    }
+}
+
+/// A seeded stream of numbers in [0, 1), the same everywhere (SplitMix64).
+pub struct Stream(u64);
+
+impl Stream {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub fn word(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn unit(&mut self) -> f64 {
+        (self.word() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+}

@@ -1,0 +1,155 @@
+//! The same input gives the same bits: again, with a small store and an archive, and whatever else was learned elsewhere.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use bhm_core::{
+    geometry::Point,
+    posterior::Posterior,
+    profile::{COMPACT, Capacities, Profile},
+    rule::AnyRule,
+    settings::Settings,
+};
+use bhm_host::{ScanRecord, map::OwnedMapper};
+use common::{Stream, intel_scans};
+
+type Map = OwnedMapper<144, 40>;
+
+/// Every number of a posterior, as its bits.
+fn bits(posterior: &Posterior<144, 40>) -> Vec<u32> {
+    let Posterior {
+        information,
+        covariance,
+        mean,
+        border_information,
+        border_covariance,
+        bias_information,
+        bias_covariance,
+        bias_mean,
+        log_determinant,
+    } = posterior;
+    information
+        .as_flattened()
+        .iter()
+        .chain(covariance.as_flattened())
+        .chain(mean)
+        .chain(border_information)
+        .chain(border_covariance)
+        .chain([bias_information, bias_covariance, bias_mean])
+        .chain(log_determinant)
+        .map(|value| value.to_bits())
+        .collect()
+}
+
+/// Index → updates, last touch, and bits, of every tile in store and archive.
+fn tiles(map: &Map) -> BTreeMap<[i32; 2], (u64, u64, Vec<u32>)> {
+    let all = map.mapper().tiles().iter().chain(map.archive().iter());
+    all.map(|tile| (tile.index, (tile.updates, tile.touched_at, bits(&tile.posterior)))).collect()
+}
+
+fn profile(tiles: usize, settings: Settings) -> Profile {
+    Profile { settings, capacities: Capacities { tiles, ..COMPACT.capacities }, ..COMPACT }
+}
+
+fn learn(profile: &Profile, scans: &[ScanRecord]) -> (Map, u32) {
+    let mut map = Map::new(profile).unwrap();
+    let mut evicted = 0;
+    for scan in scans {
+        let report = map.integrate(&scan.as_scan()).unwrap();
+        assert_eq!(report.tiles_lost + report.tiles_failed, 0);
+        evicted += report.tiles_evicted;
+    }
+    (map, evicted)
+}
+
+/// Both rules, forgetting and a bias: whatever runs over a tile.
+fn variants() -> impl Iterator<Item = Settings> {
+    AnyRule::ALL.iter().flat_map(|rule| {
+        [(1.0, false), (0.9, true)].map(|(forgetting, bias)| Settings {
+            rule: *rule,
+            forgetting,
+            bias,
+            ..COMPACT.settings
+        })
+    })
+}
+
+#[test]
+fn twice_the_same() {
+    let Some(scans) = intel_scans() else { return };
+    for settings in variants() {
+        let profile = profile(256, settings);
+        let (one, other) = (learn(&profile, &scans[..60]).0, learn(&profile, &scans[..60]).0);
+        assert!(tiles(&one).len() > 20);
+        assert!(tiles(&one) == tiles(&other), "{settings:?}");
+    }
+}
+
+#[test]
+fn a_small_store_with_an_archive_is_a_large_store() {
+    let Some(scans) = intel_scans() else { return };
+    for settings in variants() {
+        let scans: Vec<_> = scans.iter().step_by(9).cloned().collect();
+        let (large, evicted) = learn(&profile(512, settings), &scans);
+        assert_eq!(evicted, 0, "the large store must be large");
+        let exact = tiles(&large);
+        for slots in [1, 5, 40] {
+            let (small, evicted) = learn(&profile(slots, settings), &scans);
+            assert!(evicted > 100, "only {evicted} tiles left a store of {slots}");
+            assert!(tiles(&small) == exact, "{slots} slots, {settings:?}");
+            let mut stream = Stream::new(3);
+            for _ in 0..500 {
+                let at = Point::<2>::new(stream.between(-20.0, 25.0) as f32, stream.between(-25.0, 12.0) as f32);
+                assert_eq!(small.view().occupancy(&at), large.view().occupancy(&at));
+            }
+        }
+    }
+}
+
+/// Labelled points around a place, as batches.
+fn batches(seed: u64, middle: [f64; 2]) -> Vec<Vec<(Point<2>, bool)>> {
+    let mut stream = Stream::new(seed);
+    (0..6)
+        .map(|_| {
+            (0..80)
+                .map(|_| {
+                    let at = middle.map(|x| (x + stream.between(-3.0, 3.0)) as f32);
+                    (Point::from(at), stream.unit() < 0.3)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn what_happens_elsewhere_does_not_matter() {
+    let (here, there) = (batches(1, [0.0, 0.0]), batches(2, [200.0, -150.0]));
+    let learn = |map: &mut Map, batch: &[(Point<2>, bool)]| {
+        let (places, labels): (Vec<_>, Vec<_>) = batch.iter().copied().unzip();
+        map.integrate_points(&places, &labels).unwrap();
+    };
+    for settings in variants() {
+        let open = || Map::new(&profile(64, settings)).unwrap();
+        let (mut one_after_the_other, mut in_turns, mut at_once, mut backwards) = (open(), open(), open(), open());
+        for batch in here.iter().chain(&there) {
+            learn(&mut one_after_the_other, batch);
+        }
+        for (a, b) in here.iter().zip(&there) {
+            learn(&mut in_turns, b);
+            learn(&mut in_turns, a);
+            learn(&mut at_once, &[a.as_slice(), b].concat());
+            // Interleaved within a batch, each place's own order being kept.
+            let mixed: Vec<_> = b.iter().zip(a).flat_map(|(b, a)| [*b, *a]).collect();
+            learn(&mut backwards, &mixed);
+        }
+        let posteriors = |map: &Map| -> BTreeMap<_, _> {
+            tiles(map).into_iter().map(|(index, (updates, _, bits))| (index, (updates, bits))).collect()
+        };
+        let exact = posteriors(&one_after_the_other);
+        assert!(exact.len() >= 4);
+        for other in [&in_turns, &at_once, &backwards] {
+            assert!(posteriors(other) == exact, "{settings:?}");
+        }
+    }
+}
