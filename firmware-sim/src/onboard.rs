@@ -23,7 +23,7 @@ pub enum Until {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { publish_every: 10, until: Until::Stopped }
+        Self { publish_every: 1, until: Until::Stopped }
     }
 }
 
