@@ -14,7 +14,7 @@
 //!
 //! **Safeguard.** A pass that lowers the objective by more than [`tolerance`] is not kept: the next one starts half-way
 //! between its sites and those of the best pass, and it is counted. Sites enter `(Λ, η)` linearly, so that this is the
-//! interpolation in natural parameters. The first pass is the baseline; what is committed is the best pass seen.
+//! interpolation in natural parameters. The first pass is the baseline; what is committed is the last pass that was kept.
 
 use crate::{
     posterior::{Moments, NotPositiveDefinite, Posterior, Rows, Scratch, Site},
@@ -30,6 +30,8 @@ pub struct UpdateReport {
     pub objective: f32,
     /// Passes that were not kept because they lowered the objective or could not be factored.
     pub safeguards: u32,
+    /// Passes whose information matrix `f32` could factor only with a little more on its diagonal.
+    pub conditioned: u32,
 }
 
 /// How much a pass may lower the objective before it is rejected, nats: `1e-3 + 1e-5·|L|`.
@@ -68,33 +70,33 @@ fn run<const M: usize, const B: usize>(
         return Ok(report);
     }
     start(posterior, rows, rule);
-    let mut best: Option<(f32, [f32; 2])> = None;
+    let mut best: Option<Kept> = None;
     let mut failure = NotPositiveDefinite { row: 0 };
     for pass in 0..passes.max(1) {
         report.passes += 1;
-        let log_determinant = scratch
-            .factor(&posterior.information, &posterior.border_information, posterior.bias_information, rows)
-            .map(|()| scratch.log_determinant());
-        let objective = match log_determinant {
-            Ok(after) => {
+        let factored =
+            scratch.factor(&posterior.information, &posterior.border_information, posterior.bias_information, rows);
+        let candidate = match factored {
+            Ok(inflation) => {
+                report.conditioned += u32::from(inflation > 0.0);
+                let log_determinant = scratch.log_determinant();
                 scratch.solve(rows);
                 scratch.invert();
-                evaluate(posterior.log_determinant, after, rows, rule, scratch)
+                let inflated = if inflation > 0.0 { scratch.inflated() } else { 0.0 };
+                let objective = evaluate(posterior.log_determinant, log_determinant, inflated, rows, rule, scratch);
+                // Written so that a NaN is never kept.
+                let good =
+                    best.map_or(objective.is_finite(), |best| objective >= best.objective - tolerance(best.objective));
+                good.then_some(Kept { objective, log_determinant, inflation })
             }
             Err(error) => {
                 failure = error;
-                f32::NAN
+                None
             }
         };
-        let kept = match (best, log_determinant) {
-            // Written so that a NaN is never kept.
-            (Some((best, _)), Ok(_)) => objective >= best - tolerance(best),
-            (None, Ok(_)) => objective.is_finite(),
-            (_, Err(_)) => false,
-        };
         let last = pass + 1 == passes.max(1);
-        if let (true, Ok(after)) = (kept, log_determinant) {
-            best = Some((objective, after));
+        if candidate.is_some() {
+            best = candidate;
             scratch.keep(posterior);
             for (_, state) in rows.iter_mut() {
                 state.best = state.site;
@@ -114,11 +116,19 @@ fn run<const M: usize, const B: usize>(
             }
         }
     }
-    let (objective, log_determinant) = best.ok_or(failure)?;
-    report.objective = objective;
-    posterior.log_determinant = log_determinant;
-    commit(posterior, rows, scratch);
+    let kept = best.ok_or(failure)?;
+    report.objective = kept.objective;
+    posterior.log_determinant = kept.log_determinant;
+    commit(posterior, kept.inflation, rows, scratch);
     Ok(report)
+}
+
+/// What is remembered of the last pass that was kept; its sites, step and `Σ` stand where they are needed.
+#[derive(Clone, Copy)]
+struct Kept {
+    objective: f32,
+    log_determinant: [f32; 2],
+    inflation: f32,
 }
 
 /// Reads the prior's moments and asks the rule for the first sites.
@@ -138,12 +148,13 @@ fn start<const M: usize, const B: usize>(posterior: &Posterior<M, B>, rows: &mut
 fn evaluate<const M: usize, const B: usize>(
     before: [f32; 2],
     after: [f32; 2],
+    inflated: f32,
     rows: &mut Rows<'_>,
     rule: &impl UpdateRule,
     scratch: &Scratch<M, B>,
 ) -> f32 {
     let mut likelihood = 0.0;
-    let mut divergence = (after[0] - before[0]) + (after[1] - before[1]);
+    let mut divergence = (after[0] - before[0]) + (after[1] - before[1]) - inflated;
     for (row, state) in rows.iter_mut() {
         let Moments { mean: step, variance } = scratch.moments(row, state.bias);
         state.mean = state.prior_mean + step;
@@ -160,11 +171,19 @@ fn evaluate<const M: usize, const B: usize>(
     likelihood - 0.5 * divergence
 }
 
-/// Adds what the best pass learned to `Λ₋` and `μ₋`; its `Σ` stands there already.
+/// Adds what the kept pass learned to `Λ₋` and `μ₋`; its `Σ` stands there already.
 #[inline(always)]
-fn commit<const M: usize, const B: usize>(posterior: &mut Posterior<M, B>, rows: &Rows<'_>, scratch: &Scratch<M, B>) {
+fn commit<const M: usize, const B: usize>(
+    posterior: &mut Posterior<M, B>,
+    inflation: f32,
+    rows: &Rows<'_>,
+    scratch: &Scratch<M, B>,
+) {
     scratch.apply_step(&mut posterior.mean, &mut posterior.bias_mean);
     for (row, state) in rows.iter() {
         posterior.learn(row, state.bias, state.best.curvature);
+    }
+    if inflation > 0.0 {
+        posterior.inflate(inflation);
     }
 }

@@ -28,7 +28,9 @@ impl BeamRule for PointSamples {
         };
         if free_m > 0.0 {
             let quotient = free_m / self.free_spacing_m;
-            let strata = (quotient as usize + usize::from(quotient as usize as f32 != quotient)).clamp(1, MAX_STRATA);
+            // Clamped before the conversion: a beam limit may be infinite.
+            let quotient = quotient.min(MAX_STRATA as f32);
+            let strata = (quotient as usize + usize::from(quotient as usize as f32 != quotient)).max(1);
             let phase = (beam.number as f32 + 0.5) * GOLDEN;
             let phase = phase - phase as i32 as f32;
             for stratum in 0..strata {

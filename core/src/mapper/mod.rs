@@ -10,7 +10,7 @@ pub use touched::Touched;
 
 use crate::{
     basis::Basis,
-    beam::{Beam, BeamRule, LabelledPoint, sort_beam},
+    beam::{Beam, BeamRule, BeamTally, LabelledPoint, sort_beam},
     em,
     geometry::Point,
     posterior::{Prior, RowError, Rows},
@@ -138,7 +138,11 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
             report.beams = Default::default();
             match self.observe(scan, every, &mut report) {
                 Some(observed) => break observed,
-                None if every >= MAX_BEAMS => break 0,
+                None if every >= MAX_BEAMS => {
+                    // Not even the first beam fits.
+                    report.beams = BeamTally { over_capacity: scan.ranges_m.len() as u32, ..Default::default() };
+                    break 0;
+                }
                 None => every *= 2,
             }
         };
@@ -282,6 +286,7 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
                     tile.updates += 1;
                     report.passes += update.passes;
                     report.safeguards += update.safeguards;
+                    report.conditioned += update.conditioned;
                     report.objective += update.objective;
                 }
                 Err(_) => report.tiles_failed += 1,

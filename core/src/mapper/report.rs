@@ -44,6 +44,8 @@ pub struct IntegrateReport {
     pub passes: u32,
     /// Passes that the safeguard rejected, summed over tiles.
     pub safeguards: u32,
+    /// Passes whose information matrix `f32` could factor only with a little more on its diagonal, summed over tiles.
+    pub conditioned: u32,
     /// Objective, summed over tiles, nats.
     pub objective: f32,
 }

@@ -58,8 +58,13 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
 
     /// Assembles `Λ₋ + Σ c φφᵀ` from the rows' sites and factors it.
     ///
+    /// Hundreds of observations of one and the same spot make `Λ` so ill-conditioned that its rounding alone takes the
+    /// prior away. Where a factorisation fails, it is done again with `j·Λᵢᵢ` added to the diagonal, for the `j` of
+    /// [`INFLATIONS`]: as if each weight had been observed to be where it is, that much. Answers the `j` it took, 0 in
+    /// ordinary updates.
+    ///
     /// # Errors
-    /// The first pivot that is not a positive number.
+    /// The first pivot that is not a positive number, if the largest `j` did not help.
     #[inline(always)]
     pub(crate) fn factor(
         &mut self,
@@ -67,15 +72,30 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         border: &[f32; M],
         corner: f32,
         rows: &Rows<'_>,
-    ) -> Result<(), NotPositiveDefinite> {
-        self.assemble(|i| information[i], border, corner);
-        for (row, state) in rows.iter() {
-            add_outer(&mut self.work, row, state.site.curvature);
-            if state.bias != 0.0 {
-                self.add_border(row, state.bias, state.site.curvature);
+    ) -> Result<f32, NotPositiveDefinite> {
+        let mut failure = NotPositiveDefinite { row: 0 };
+        for inflation in INFLATIONS {
+            self.assemble(|i| information[i], border, corner);
+            for (row, state) in rows.iter() {
+                add_outer(&mut self.work, row, state.site.curvature);
+                if state.bias != 0.0 {
+                    self.add_border(row, state.bias, state.site.curvature);
+                }
+            }
+            if inflation > 0.0 {
+                for ([upper, _], inflated) in self.work.iter_mut().zip(&mut self.inflated) {
+                    *inflated = inflation * upper[0];
+                    upper[0] += *inflated;
+                }
+                self.inflated_corner = inflation * self.corner;
+                self.corner += self.inflated_corner;
+            }
+            match self.factor_in_place() {
+                Ok(()) => return Ok(inflation),
+                Err(error) => failure = error,
             }
         }
-        self.factor_in_place()
+        Err(failure)
     }
 
     /// Fills the work rows for [`factor_in_place`](Self::factor_in_place).
@@ -101,6 +121,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         for i in 0..M {
             let (done, rest) = flat.split_at_mut(i * ld);
             let Some(row) = rest.first_chunk_mut::<B>() else { break };
+            let before = row[0];
             for_each_panel!(B, [24, 16, 8, 1], |start, N| {
                 if let Some(target) = row[start..].first_chunk_mut::<N>() {
                     // The row k above contributes U[i−k][k] times its own entries from column k on. These starts lie ld − 1
@@ -114,7 +135,8 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
                 }
             });
             let pivot = row[0];
-            if !(pivot > 0.0 && pivot < f32::INFINITY) {
+            // Below this share of the entry it started from, a pivot is nothing but rounding.
+            if !(pivot > MIN_PIVOT * before && pivot < f32::INFINITY) {
                 return Err(NotPositiveDefinite { row: i });
             }
             let diagonal = libm::sqrtf(pivot);
@@ -199,6 +221,13 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         self.corner += weight * bias * bias;
     }
 }
+
+/// What is added to the diagonal, relative to it, where a factorisation fails: nothing, a few hundred units in the last
+/// place, and what holds for any capacity.
+const INFLATIONS: [f32; 3] = [0.0, 3e-5, 1e-3];
+
+/// The smallest pivot, relative to the diagonal entry it is left of.
+pub(super) const MIN_PIVOT: f32 = 1e-5;
 
 /// Pivots whose product cannot leave `f32`'s range: each is the square root of an information between 1e-18 and 1e18.
 const GROUP: usize = 4;

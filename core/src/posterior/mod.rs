@@ -58,8 +58,11 @@ pub struct Scratch<const M: usize, const B: usize> {
     best_step: [f32; M],
     /// The factor's dense row, then `Σ` between bias and weights.
     border: [f32; M],
+    /// What the candidate has on its diagonal beyond `Λ`; stale where the factorisation needed nothing.
+    inflated: [f32; M],
     /// The factor's last pivot, then the bias's `Σ`.
     corner: f32,
+    inflated_corner: f32,
     bias_step: f32,
     best_bias_step: f32,
 }
@@ -104,6 +107,19 @@ pub struct PosteriorView<'a, const M: usize, const B: usize> {
 }
 
 impl<const M: usize, const B: usize> Posterior<M, B> {
+    /// All zero: the vacant state, for a `static`. [`reset`](Self::reset) makes it the prior.
+    pub const ZERO: Self = Self {
+        information: [[0.0; B]; M],
+        covariance: [[0.0; B]; M],
+        mean: [0.0; M],
+        border_information: [0.0; M],
+        border_covariance: [0.0; M],
+        bias_information: 0.0,
+        bias_covariance: 0.0,
+        bias_mean: 0.0,
+        log_determinant: [0.0; 2],
+    };
+
     /// The part that queries read.
     #[inline]
     #[must_use]
@@ -143,7 +159,30 @@ impl<const M: usize, const B: usize> Posterior<M, B> {
     }
 }
 
+impl<const M: usize, const B: usize> Posterior<M, B> {
+    /// Adds to the diagonal what a kept pass needed there; see [`Scratch::factor`].
+    pub(crate) fn inflate(&mut self, inflation: f32) {
+        for row in &mut self.information {
+            row[0] += inflation * row[0];
+        }
+        self.bias_information += inflation * self.bias_information;
+    }
+}
+
 impl<const M: usize, const B: usize> Scratch<M, B> {
+    /// Working memory, for a `static`; on a computer allocate it zeroed instead, which is the same value.
+    pub const ZERO: Self = Self {
+        work: [[[0.0; B]; 2]; M],
+        step: [0.0; M],
+        best_step: [0.0; M],
+        border: [0.0; M],
+        inflated: [0.0; M],
+        corner: 0.0,
+        inflated_corner: 0.0,
+        bias_step: 0.0,
+        best_bias_step: 0.0,
+    };
+
     /// Remembers the candidate's step and hands its `Σ` to the posterior.
     #[inline(always)]
     pub(crate) fn keep(&mut self, posterior: &mut Posterior<M, B>) {

@@ -84,6 +84,13 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         moments
     }
 
+    /// What an inflated diagonal contributes to the divergence, as sites without pull: `Σᵢ jᵢ (Σᵢᵢ + δᵢ²)`.
+    pub(crate) fn inflated(&self) -> f32 {
+        let weights = self.inflated.iter().zip(&self.work).zip(&self.step);
+        let bias = self.inflated_corner * (self.corner + self.bias_step * self.bias_step);
+        weights.map(|((j, sigma), step)| j * (sigma.as_flattened()[Self::DIAGONAL] + step * step)).sum::<f32>() + bias
+    }
+
     /// Copies the candidate's `Σ` out.
     #[inline(always)]
     pub(crate) fn copy_covariance(&self, covariance: &mut Band<M, B>, border: &mut [f32; M], bias: &mut f32) {

@@ -27,3 +27,8 @@ pub struct Tile<const M: usize, const B: usize> {
     /// What it has learned.
     pub posterior: Posterior<M, B>,
 }
+
+impl<const M: usize, const B: usize> Tile<M, B> {
+    /// A free slot, for a `static`; on a computer allocate slots zeroed instead, which is the same value.
+    pub const VACANT: Self = Self { index: [0, 0], updates: 0, touched_at: 0, posterior: Posterior::ZERO };
+}
