@@ -12,7 +12,7 @@
 //! which is eq. (4) rearranged so that nothing large cancels: `tr(Λ₋Σ) = M − Σ c s²`, and
 //! `(μ − μ₋)ᵀΛ₋(μ − μ₋) = Σ g d − Σ c d²`.
 //!
-//! **Safeguard.** A pass that lowers the objective by more than [`tolerance`] is not kept: the next one starts half-way
+//! **Safeguard.** A pass that lowers the objective by more than `1e-3 + 1e-5·|L|` is not kept: the next one starts half-way
 //! between its sites and those of the best pass, and it is counted. Sites enter `(Λ, η)` linearly, so that this is the
 //! interpolation in natural parameters. The first pass is the baseline; what is committed is the last pass that was kept.
 

@@ -81,6 +81,8 @@ const BASE: Settings = Settings {
     prior_precision: 1e-4,
     // Gains nothing on a lattice that nearly spans the constants.
     bias: false,
+    // A few units of log-odds at most: one tile's bias must not speak for places it never saw.
+    bias_precision: 1.0,
     limits: BeamLimits {
         // Indoor lidars see no further; longer readings of a log are mirrors and windows more often than walls.
         range_max_m: 40.0,
@@ -146,6 +148,8 @@ pub const PAPER: Profile = Profile {
         tile_stride: PAPER_TILE.stride,
         tile_count: Some([1, 1]),
         bias: true,
+        // Λ₀ = 10⁻⁴ I, the bias like every weight.
+        bias_precision: 1e-4,
         rule: AnyRule::JaakkolaJordan(JaakkolaJordan { start: XiStart::Constant(1.0) }),
         // "1–2 iterations".
         passes: 2,

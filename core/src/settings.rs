@@ -9,7 +9,7 @@ use crate::{
     kernel::{Kernel, KernelChoice, KernelParameters},
     lattice::Lattice,
     posterior::{BiasPrior, Prior},
-    rule::AnyRule,
+    rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart},
     support::AnySupport,
     tile::{MapView, TileSource, Tiling, TilingError},
 };
@@ -35,10 +35,12 @@ pub struct Settings {
     pub tile_stride: [usize; 2],
     /// How many tiles there are along each axis; `None` for an unbounded plane.
     pub tile_count: Option<[usize; 2]>,
-    /// Prior precision of each weight, and of the bias.
+    /// Prior precision of each weight.
     pub prior_precision: f32,
     /// Whether there is a bias.
     pub bias: bool,
+    /// Prior precision of the bias, if there is one: low, and a tile lends what it learned to where it learned nothing.
+    pub bias_precision: f32,
     /// How far beams are believed.
     pub limits: BeamLimits,
     /// What a beam says.
@@ -130,12 +132,11 @@ impl Settings {
         let shape_m2 = self.kernel_shape * self.spacing_m * self.spacing_m;
         let kernel = self.kernel.build::<2>(&KernelParameters { spacing_m: self.spacing_m, shape_m2 });
         let cut_off = kernel.cut_off(self.stencil, self.spacing_m);
-        // Written so that NaN is refused.
-        if !(cut_off <= MAX_CUT_OFF) {
+        if cut_off.is_nan() || cut_off > MAX_CUT_OFF {
             return Err(SettingsError::CutOff { cut_off, stencil: self.stencil });
         }
         let basis = Basis::new(lattice, kernel, self.support, self.bias);
-        let bias = basis.bias_coupling.map(|coupling| BiasPrior { precision: self.prior_precision, coupling });
+        let bias = basis.bias_coupling.map(|coupling| BiasPrior { precision: self.bias_precision, coupling });
         Ok(Model { basis, tiling, prior: Prior { precision: self.prior_precision, bias } })
     }
 
@@ -143,16 +144,22 @@ impl Settings {
         let AnyBeamRule::PointSamples(samples) = self.beam;
         let positive = "a positive number";
         let not_negative = "zero or a positive number";
+        let xi = match self.rule {
+            AnyRule::GaussianVariational(GaussianVariational { xi_cap }) => xi_cap,
+            AnyRule::JaakkolaJordan(JaakkolaJordan { start: XiStart::Constant(xi) | XiStart::PredictedUpTo(xi) }) => xi,
+        };
         for (name, value, expected, good) in [
             ("origin x", self.origin_m[0], "a finite number", self.origin_m[0].is_finite()),
             ("origin y", self.origin_m[1], "a finite number", self.origin_m[1].is_finite()),
             ("spacing", self.spacing_m, "1 mm to 1 km", (1e-3..=1e3).contains(&self.spacing_m)),
             ("kernel shape", self.kernel_shape, positive, positive_finite(self.kernel_shape)),
-            ("prior precision", self.prior_precision, "1e-9 to 1e9", (1e-9..=1e9).contains(&self.prior_precision)),
+            ("prior precision", self.prior_precision, "1e-6 to 1e6", PRECISIONS.contains(&self.prior_precision)),
+            ("bias precision", self.bias_precision, "1e-6 to 1e6", PRECISIONS.contains(&self.bias_precision)),
             ("maximum range", self.limits.range_max_m, positive, self.limits.range_max_m > 0.0),
             ("no-return range", self.limits.no_return_free_m, not_negative, self.limits.no_return_free_m >= 0.0),
             ("free spacing", samples.free_spacing_m, positive, positive_finite(samples.free_spacing_m)),
             ("gap before a hit", samples.gap_m, not_negative, samples.gap_m >= 0.0 && samples.gap_m.is_finite()),
+            ("first local parameter xi", xi, "above 0, at most 1000", xi > 0.0 && xi <= 1_000.0),
             ("passes", self.passes as f32, "1 to 100", (1..=100).contains(&self.passes)),
             ("forgetting", self.forgetting, "above 0, at most 1", self.forgetting > 0.0 && self.forgetting <= 1.0),
         ] {
@@ -163,6 +170,9 @@ impl Settings {
         Ok(())
     }
 }
+
+/// Prior precisions that `f32` can carry beside the information of a few hundred observations.
+const PRECISIONS: core::ops::RangeInclusive<f32> = 1e-6..=1e6;
 
 fn positive_finite(value: f32) -> bool {
     value > 0.0 && value.is_finite()

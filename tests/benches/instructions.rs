@@ -107,9 +107,9 @@ fn report(rows: &[[f64; 2]], counts: &[f64]) -> ExitCode {
     println!("scans                        {scans}");
     println!("instructions a scan, mean    {:.2} million (bound {:.0})", mean / 1e6, MEAN_BOUND / 1e6);
     println!("instructions a scan, worst   {:.2} million", worst / 1e6);
-    println!("a, per tile and pass         {:.0}", a);
-    println!("b, per row and pass          {:.0}", b);
-    println!("c, per scan                  {:.0}", c);
+    println!("a, per tile and pass         {a:.0}");
+    println!("b, per row and pass          {b:.0}");
+    println!("c, per scan                  {c:.0}");
     println!("off the model, largest       {:.2} % (bound {:.0} %)", 100.0 * largest, 100.0 * MODEL_BOUND);
     println!("off the model, 99th percent. {:.2} %", 100.0 * p99);
     if mean <= MEAN_BOUND && largest <= MODEL_BOUND { ExitCode::SUCCESS } else { ExitCode::FAILURE }

@@ -44,6 +44,8 @@ fn one_tile(width: usize, kernel: KernelChoice, stencil: usize, rule: AnyRule, b
             tile_count: Some([1, 1]),
             rule,
             bias,
+            // As weak as a weight's: the hardest case for `f32`.
+            bias_precision: COMPACT.settings.prior_precision,
             ..COMPACT.settings
         },
         capacities: Capacities { tiles: 1, points: 32_768, rows: 32_768, touched: 4 },

@@ -206,6 +206,7 @@ fn forgetting_in_a_map_is_the_power_prior() {
                     tile_count: Some([1, 1]),
                     forgetting: 0.8,
                     bias,
+                    bias_precision: 1e-4,
                     ..COMPACT.settings
                 },
                 capacities: Capacities { tiles: 1, ..COMPACT.capacities },

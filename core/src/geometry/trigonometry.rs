@@ -4,7 +4,7 @@
 //! a factor of thirty in the whole update.
 
 /// π/2 split in three so that `k·π/2` is subtracted with the error of the last part only (Cody and Waite).
-const HALF_PI_PARTS: [f32; 3] = [1.570_312_5, 4.837_512_97e-4, 7.549_789_9e-8];
+const HALF_PI_PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
 /// Largest argument, in radians, for which the three-part reduction keeps the stated accuracy.
 const REDUCIBLE_RAD: f32 = 8_192.0;
@@ -24,8 +24,8 @@ pub fn sin_cos(angle_rad: f32) -> (f32, f32) {
     let r = ((angle_rad - k * HALF_PI_PARTS[0]) - k * HALF_PI_PARTS[1]) - k * HALF_PI_PARTS[2];
     let r2 = r * r;
     // Minimax polynomials on [−π/4, π/4] (the classical single-precision ones of the Cephes library).
-    let sin = r + r * r2 * (-1.666_665_46e-1 + r2 * (8.332_160_87e-3 - r2 * 1.951_529_59e-4));
-    let cos = 1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_57e-2 + r2 * (-1.388_731_63e-3 + r2 * 2.443_315_71e-5));
+    let sin = r + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 - r2 * 1.951_529_6e-4));
+    let cos = 1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
     match quadrant & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),

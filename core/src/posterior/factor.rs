@@ -12,7 +12,7 @@ use super::{Band, NotPositiveDefinite, Rows, Scratch, rows::add_outer};
 macro_rules! for_each_panel {
     ($width:expr, [$($panel:literal),*], |$start:ident, $N:ident| $body:block) => {{
         let mut $start = 0;
-        $(while $start + $panel <= $width {
+        $(while $width - $start >= $panel {
             const $N: usize = $panel;
             $body
             $start += $panel;

@@ -25,8 +25,10 @@ pub struct TileBlend {
     pub width: [usize; 2],
     /// Supports from one tile to the next.
     pub stride: [usize; 2],
-    /// Prior precision of each weight, and of the bias.
+    /// Prior precision of each weight.
     pub prior_precision: f64,
+    /// Prior precision of the bias.
+    pub bias_precision: f64,
     /// With a bias: the `c` of tiles that store `w + c·b` instead of the weights `w`, so that `f = Σ(w + c·b)φ + b(1 − cΣφ)`.
     pub bias_coupling: Option<f64>,
     tiles: BTreeMap<[i32; 2], (Vec<f64>, Matrix)>,
@@ -50,6 +52,7 @@ impl TileBlend {
             width: settings.tile_width,
             stride: settings.tile_stride,
             prior_precision: f64::from(settings.prior_precision),
+            bias_precision: f64::from(settings.bias_precision),
             bias_coupling,
             tiles: BTreeMap::new(),
         }
@@ -132,7 +135,7 @@ impl TileBlend {
                     None => {
                         let constant = f64::from(u8::from(self.bias_coupling.is_some()));
                         let squares = phi.iter().map(|p| p * p).sum::<f64>();
-                        variance += weight * (squares + constant) / self.prior_precision;
+                        variance += weight * (squares / self.prior_precision + constant / self.bias_precision);
                     }
                 }
             }

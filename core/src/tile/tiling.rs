@@ -20,6 +20,9 @@ pub struct Tiling<const D: usize> {
     pub tiles: Option<[usize; D]>,
 }
 
+/// Most supports of a tile along an axis.
+const MAX_WIDTH: usize = 1_024;
+
 /// A tiling that cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TilingError {
@@ -28,6 +31,11 @@ pub enum TilingError {
     Stencil {
         /// What it is.
         stencil: usize,
+    },
+    /// A tile wider than any memory holds, whose number of supports might not even be a number.
+    Width {
+        /// Supports along the axis.
+        width: usize,
     },
     /// Neighbouring regions of whole stencils must overlap by one cell at least and by no more than a stride.
     Overlap {
@@ -56,6 +64,7 @@ impl fmt::Display for TilingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stencil { stencil } => write!(f, "a stencil of {stencil} is not even, or does not fit a tile"),
+            Self::Width { width } => write!(f, "a tile of {width} supports along an axis, at most {MAX_WIDTH}"),
             Self::Overlap { width, stride } => {
                 write!(f, "tiles {width} wide and {stride} apart do not overlap by one cell to one stride")
             }
@@ -81,6 +90,9 @@ impl<const D: usize> Tiling<D> {
             return Err(TilingError::Stencil { stencil });
         }
         for (&width, &stride) in self.width.iter().zip(&self.stride) {
+            if width > MAX_WIDTH {
+                return Err(TilingError::Width { width });
+            }
             let region = width - stencil + 1;
             if stride == 0 || stride >= region || region > 2 * stride {
                 return Err(TilingError::Overlap { width, stride });

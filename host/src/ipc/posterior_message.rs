@@ -55,8 +55,10 @@ pub struct PosteriorHeader {
     pub spacing_m: f32,
     /// The kernel's shape, in units of spacing².
     pub kernel_shape: f32,
-    /// Prior precision of each weight, and of the bias.
+    /// Prior precision of each weight.
     pub prior_precision: f32,
+    /// Prior precision of the bias.
+    pub bias_precision: f32,
     /// Supports of a tile, `M`.
     pub supports: u32,
     /// Its band, `B`.
@@ -210,6 +212,7 @@ impl PosteriorHeader {
             spacing_m: settings.spacing_m,
             kernel_shape: settings.kernel_shape,
             prior_precision: settings.prior_precision,
+            bias_precision: settings.bias_precision,
             supports: shape.0 as u32,
             band: shape.1 as u32,
             stencil: settings.stencil as u32,
@@ -282,6 +285,7 @@ impl PosteriorHeader {
             tile_stride: sizes(self.tile_stride),
             tile_count: (self.flags & Self::BOUNDED != 0).then(|| sizes(self.tile_count)),
             prior_precision: self.prior_precision,
+            bias_precision: self.bias_precision,
             bias: self.flags & Self::BIAS != 0,
             ..profile::INDOOR.settings
         })

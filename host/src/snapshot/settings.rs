@@ -29,6 +29,7 @@ pub(super) struct SettingsDef {
     tile_count: Option<[usize; 2]>,
     prior_precision: f32,
     bias: bool,
+    bias_precision: f32,
     #[serde(with = "BeamLimitsDef")]
     limits: BeamLimits,
     #[serde(with = "AnyBeamRuleDef")]
