@@ -63,8 +63,8 @@ fn layouts_are_those_of_version_1() {
     assert_eq!(size_of::<ScanMessage>(), 80 + 4 * MAX_BEAMS);
     assert_eq!(std::mem::offset_of!(ScanMessage, ranges_m), 80);
     assert_eq!(size_of::<StatusMessage>(), 48 + 40 * MAX_COUNTERS);
-    assert_eq!(size_of::<PosteriorHeader>(), 224);
-    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 120);
+    assert_eq!(size_of::<PosteriorHeader>(), 232);
+    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 124);
     assert_eq!(size_of::<PosteriorTile<144, 40>>(), 32 + 4 * (144 + 144 + 144 * 40));
     // SAFETY: the names are read, nothing is done with them.
     let names = unsafe {
