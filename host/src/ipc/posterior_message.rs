@@ -71,8 +71,6 @@ pub struct PosteriorHeader {
     pub tile_stride: [u32; 2],
     /// With [`PosteriorHeader::BOUNDED`], how many tiles there are along each axis; else 0.
     pub tile_count: [u32; 2],
-    /// Zero.
-    pub reserved: u32,
     /// The kernel's name, UTF-8, filled up with zeros.
     pub kernel: Name,
     /// The support's name, UTF-8, filled up with zeros.
@@ -123,7 +121,7 @@ pub enum PosteriorRejected {
         /// Its layout.
         found: u32,
     },
-    /// It has flags or reserved words that mean nothing.
+    /// It has flags that mean nothing.
     #[error("unknown flags {found:#x}")]
     Flags {
         /// Its flags.
@@ -241,7 +239,7 @@ impl PosteriorHeader {
         if self.version != Self::VERSION {
             return Err(PosteriorRejected::Version { found: self.version });
         }
-        if self.flags & !(Self::ENDED | Self::BIAS | Self::BOUNDED) != 0 || self.reserved != 0 {
+        if self.flags & !(Self::ENDED | Self::BIAS | Self::BOUNDED) != 0 {
             return Err(PosteriorRejected::Flags { found: self.flags });
         }
         if self.mapper == 0 || self.sequence == 0 {
