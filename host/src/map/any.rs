@@ -131,18 +131,25 @@ pub enum UnknownShape {
     },
 }
 
+/// Supports and band of the profile's tiles, if its settings and capacities make sense.
+///
+/// # Errors
+/// Settings that contradict themselves, or ask for too much memory.
+pub fn shape(profile: &Profile) -> Result<(usize, usize), UnknownShape> {
+    let window = profile.settings.model()?.tiling.window(&[0, 0]);
+    let shape = (window.supports(), window.band(profile.settings.stencil));
+    super::capacity::check(&profile.capacities, shape)?;
+    Ok(shape)
+}
+
 /// An empty map of the profile's shape.
 ///
 /// # Errors
 /// Settings that contradict themselves, need a shape that is not compiled in, or ask for too much memory.
 pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
-    let model = profile.settings.model()?;
-    let window = model.tiling.window(&[0, 0]);
-    let shape = (window.supports(), window.band(profile.settings.stencil));
-    super::capacity::check(&profile.capacities, shape)?;
     macro_rules! open_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape {
+            match shape(profile)? {
                 $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::new(profile)?)),)*
                 (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }),
             }
