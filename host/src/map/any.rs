@@ -53,6 +53,9 @@ pub trait AnyMap: Send {
     /// What distinguishes what it has learned from what another map has, bit for bit.
     fn digest(&self) -> PosteriorDigest;
 
+    /// The same of these tiles alone, in ascending order of index; those that the map does not have are left out.
+    fn digest_of(&self, tiles: &[TileIndex<2>]) -> PosteriorDigest;
+
     /// Writes it in the format of [`snapshot`]; [`snapshot::save`] writes a file.
     ///
     /// # Errors
@@ -103,6 +106,13 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
 
     fn digest(&self) -> PosteriorDigest {
         posterior_digest(self.all_tiles().into_iter().map(|tile| (tile.index, tile.posterior.view())))
+    }
+
+    fn digest_of(&self, tiles: &[TileIndex<2>]) -> PosteriorDigest {
+        let tile = |index: &TileIndex<2>| {
+            self.mapper().tiles().get(index).or_else(|| self.archive().get(index)).map(|tile| tile.posterior.view())
+        };
+        posterior_digest(tiles.iter().filter_map(|index| Some((*index, tile(index)?))))
     }
 
     fn write_snapshot(&self, extras: &Extras, to: &mut dyn io::Write) -> io::Result<()> {

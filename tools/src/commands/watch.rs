@@ -60,13 +60,15 @@ impl Watch {
         }
         let (domain, stop) = self.meeting.enter()?;
         let participant = domain.join("bhm-watch")?;
-        // Dropped before the reader that it was borrowed from: declared after it.
         let reader = wait_for_a_mapper(&participant, &stop)?;
         let mut record = Record::default();
         if let Some(mut reader) = reader {
             self.read(&mut *reader, &mut record, &stop, output)?;
             self.draw(&record)?;
-            record.watched.posterior = record.newest.take().map(|posterior| posterior.digest().to_string());
+            if let Some(posterior) = record.newest.take() {
+                record.watched.posterior = Some(posterior.digest().to_string());
+                record.watched.tiles = posterior.tile_indices();
+            }
         }
         let watched = record.watched;
         output.result(&WatchSays::Watched(watched.clone()), || text(&watched))
@@ -204,7 +206,7 @@ fn wait_for_a_mapper(
 }
 
 fn text(watched: &Watched) -> String {
-    let Watched { posteriors, skipped, mappers, unusable, last, posterior } = watched;
+    let Watched { posteriors, skipped, mappers, unusable, last, posterior, .. } = watched;
     let mut text =
         format!("read {posteriors} posteriors of {mappers} mappers, {skipped} skipped, {unusable} unusable\n");
     if let (Some(last), Some(digest)) = (last, posterior) {

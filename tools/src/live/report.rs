@@ -1,4 +1,7 @@
-use std::path::{Path, PathBuf};
+use std::{
+    mem,
+    path::{Path, PathBuf},
+};
 
 use anyhow::ensure;
 use bhm_host::map::AnyMap;
@@ -34,12 +37,12 @@ pub(super) struct Report {
 struct Posteriors {
     /// Of the tiles in the last posterior that the consumer read, computed in shared memory.
     shared: Option<String>,
+    tiles_shared: usize,
+    /// Whether the saved map has those tiles, and they are the same.
+    equal: bool,
     /// Of every tile in the saved map.
     saved: String,
     tiles_saved: usize,
-    /// Whether the one has all the tiles of the other, so that they must be equal.
-    comparable: bool,
-    equal: bool,
 }
 
 impl Report {
@@ -51,8 +54,9 @@ impl Report {
         scores: Option<Scores>,
         options: MapValues,
     ) -> Self {
-        let Outcome { processes, beginning, sent, onboarded, watched } = outcome;
-        let digest = saved.digest().to_string();
+        let Outcome { processes, beginning, sent, onboarded, mut watched } = outcome;
+        // The digest stands for them from here on.
+        let shared_tiles = mem::take(&mut watched.tiles);
         Self {
             title: title.to_owned(),
             folder: folder.to_owned(),
@@ -60,10 +64,10 @@ impl Report {
             scans_per_s: sent.scans as f64 / sent.seconds,
             times_real_time: beginning.recorded_s.map(|recorded_s| recorded_s / sent.seconds),
             posterior: Posteriors {
-                comparable: onboarded.tiles_archived == 0,
-                equal: watched.posterior.as_ref() == Some(&digest),
+                equal: watched.posterior == Some(saved.digest_of(&shared_tiles).to_string()),
                 shared: watched.posterior.clone(),
-                saved: digest,
+                tiles_shared: shared_tiles.len(),
+                saved: saved.digest().to_string(),
                 tiles_saved: saved.tile_indices().len(),
             },
             scores,
@@ -79,9 +83,8 @@ impl Report {
     /// # Errors
     /// If it is not.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        let Posteriors { shared, saved, comparable, equal, .. } = &self.posterior;
-        let shared = shared.as_deref().unwrap_or("none");
-        ensure!(*equal || !comparable, "the consumer's posterior {shared} is not the saved map's {saved}");
+        let shared = self.posterior.shared.as_deref().unwrap_or("none");
+        ensure!(self.posterior.equal, "the consumer's posterior {shared} is not the saved map's");
         Ok(())
     }
 
@@ -172,15 +175,15 @@ impl Report {
 
 impl Posteriors {
     fn summary(&self) -> String {
-        let Self { shared, saved, tiles_saved, comparable, equal } = self;
+        let Self { shared, tiles_shared, equal, saved, tiles_saved } = self;
         let shared = shared.as_deref().unwrap_or("none");
-        match (comparable, equal) {
-            (true, true) => format!("{saved}, the same in shared memory and in the saved map ({tiles_saved} tiles)"),
-            (true, false) => format!("{shared} in shared memory IS NOT {saved} in the saved map"),
-            (false, _) => format!(
-                "{saved} in the saved map ({tiles_saved} tiles); {shared} in shared memory, which has only the tiles of \
-                 the store"
-            ),
+        let verdict = if *equal { "the same" } else { "NOT THE SAME" };
+        if tiles_shared == tiles_saved {
+            return format!("{saved}; {shared} in shared memory: {verdict} {tiles_saved} tiles");
         }
+        format!(
+            "{saved}, {tiles_saved} tiles; {shared} in shared memory, which has the {tiles_shared} tiles of the store: \
+             {verdict}"
+        )
     }
 }

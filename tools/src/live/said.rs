@@ -94,4 +94,7 @@ pub(crate) struct Watched {
     pub(crate) last: Option<Seen>,
     /// Digest of the last one's tiles, computed where they lie.
     pub(crate) posterior: Option<String>,
+    /// Indices of those tiles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) tiles: Vec<[i32; 2]>,
 }
