@@ -1,7 +1,11 @@
 //! What counts as known: a matter of variance, not of a probability near one half.
 
-use bhm_core::{geometry::Point, lattice::offsets, settings::Model, tile::Occupancy};
-use bhm_host::map::AnyMap;
+use bhm_core::{
+    geometry::Point,
+    lattice::offsets,
+    settings::Model,
+    tile::{Occupancy, TileIndex},
+};
 use bhm_tools::picture::Bounds;
 
 /// The standard deviation of the log-odds at which knowledge ends: two of it are the whole way from "surely free" to "surely
@@ -34,20 +38,24 @@ impl<'a> Knowledge<'a> {
 }
 
 impl Knowledge<'_> {
-    /// The box around everything that is known, looked at once per cell of the lattice.
-    pub(crate) fn observed(&self, map: &dyn AnyMap) -> Option<Bounds> {
+    /// The box around everything that is known in these tiles, looked at once per cell of the lattice.
+    pub(crate) fn observed(
+        &self,
+        tiles: &[TileIndex<2>],
+        occupancy: impl Fn(&Point<2>) -> Occupancy,
+    ) -> Option<Bounds> {
         let lattice = &self.model.tiling.lattice;
         let half = lattice.spacing_m / 2.0;
         let mut bounds: Option<Bounds> = None;
-        for tile in map.tile_indices() {
-            let window = self.model.tiling.window(&tile);
+        for tile in tiles {
+            let window = self.model.tiling.window(tile);
             // The cells for which the tile holds the whole stencil.
             let below = lattice.stencil / 2 - 1;
             for cell in offsets(window.width.map(|width| width - lattice.stencil + 1)) {
                 let node = [0, 1].map(|axis| window.first[axis] + (cell[axis] + below) as i32);
                 let corner_m = lattice.position_m(&node);
                 let point_m = corner_m.add_scalar(half);
-                if self.is_known(&point_m, &map.occupancy(&point_m)) {
+                if self.is_known(&point_m, &occupancy(&point_m)) {
                     let Bounds { min, max } = bounds.get_or_insert(Bounds { min: point_m.into(), max: point_m.into() });
                     for axis in 0..2 {
                         min[axis] = min[axis].min(point_m[axis] - half);

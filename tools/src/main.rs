@@ -1,11 +1,14 @@
 //! `bhm`: maps from lidar scans, at the command line.
 //!
-//! Results go to standard output (with `--json` as one JSON object), everything else to standard error. Exit codes: 0, 1 if
-//! the command failed, 2 if it was not understood: flags, environment, configuration file.
+//! Results go to standard output (with `--json` as one JSON object; from processes that run on, one object a line),
+//! everything else to standard error. Exit codes: 0, 1 if the command failed, 2 if it was not understood: flags,
+//! environment, configuration file.
 #![forbid(unsafe_code)]
 
 mod commands;
+mod drawing;
 mod known;
+mod live;
 mod logging;
 mod options;
 mod output;
@@ -28,7 +31,7 @@ use self::{
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Print the result as one JSON object.
+    /// Print the result as one JSON object, or one a line.
     #[arg(long, global = true)]
     json: bool,
     #[command(flatten)]

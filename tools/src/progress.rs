@@ -1,4 +1,7 @@
+use std::time::{Duration, Instant};
+
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
+use tracing::info;
 
 /// Counts items on standard error while they are taken, where that is a terminal.
 pub(crate) fn over<I: ExactSizeIterator>(items: I, what: &'static str) -> impl Iterator<Item = I::Item> {
@@ -6,4 +9,43 @@ pub(crate) fn over<I: ExactSizeIterator>(items: I, what: &'static str) -> impl I
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(items.len() as u64).with_style(style).with_message(what);
     items.progress_with(bar.with_finish(indicatif::ProgressFinish::AndClear))
+}
+
+/// How often something is said where there is no terminal to draw a bar on.
+const LINE_EVERY: Duration = Duration::from_secs(5);
+
+/// Shows how many scans have gone the whole way: as a bar, or where there is no terminal, as a line now and then.
+pub(crate) struct ScanCount {
+    bar: ProgressBar,
+    said: Instant,
+}
+
+impl ScanCount {
+    /// A count that begins at nought.
+    pub(crate) fn new() -> Self {
+        let style = ProgressStyle::with_template("mapping {wide_bar} {pos}/{len} scans {per_sec} {eta}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        Self { bar: ProgressBar::new(0).with_style(style), said: Instant::now() }
+    }
+
+    /// So many of so many.
+    pub(crate) fn show(&mut self, scans: u64, of: u64) {
+        self.bar.set_length(of);
+        self.bar.set_position(scans);
+        if self.bar.is_hidden() && self.said.elapsed() > LINE_EVERY {
+            info!("{scans} of {of} scans mapped");
+            self.said = Instant::now();
+        }
+    }
+
+    /// Has something else written to the terminal.
+    pub(crate) fn pause(&self, write: impl FnOnce()) {
+        self.bar.suspend(write);
+    }
+}
+
+impl Drop for ScanCount {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }

@@ -6,7 +6,10 @@ use bhm_core::{
     mapper::{IntegrateReport, ScanRejected},
     profile::Profile,
 };
-use bhm_host::dataset::{Damage, MaxRangeSource, PointReport, ReadReport};
+use bhm_host::{
+    ScanRecord,
+    dataset::{Damage, MaxRangeSource, PointReport, ReadReport},
+};
 use serde::Serialize;
 use tracing::{info, warn};
 
@@ -30,6 +33,14 @@ pub(crate) fn scan_log(path: &Path, report: &ReadReport) {
         report.max_range_m,
         source(report.max_range_source)
     );
+}
+
+/// Seconds from the first scan to the last, where the stamps are the recorder's own.
+pub(crate) fn recorded_s(scans: &[ScanRecord], report: &ReadReport) -> Option<f64> {
+    // Repaired stamps are nanoseconds apart: a few do no harm, many say nothing about time.
+    let real = report.stamps_repaired * 10 < report.scans;
+    let span_ns = scans.last().zip(scans.first()).map_or(0, |(last, first)| last.stamp_ns - first.stamp_ns);
+    (real && span_ns > 0).then(|| span_ns as f64 / 1e9)
 }
 
 /// Says how reading labelled points went.

@@ -14,7 +14,7 @@ use std::vec::Vec;
 use bhm_core::{geometry::Pose, profile::Profile, settings::SettingsError};
 use bhm_host::{
     ipc::{DEFAULT_CONSUMERS, Domain, IpcError},
-    map::{AnyMap, OwnedMapper, UnknownShape},
+    map::{self, AnyMap, OwnedMapper, UnknownShape},
 };
 
 use crate::{Counters, End, Onboard, Options};
@@ -59,7 +59,7 @@ pub type FinishFailed = Box<dyn Error + Send + Sync>;
 /// Why the onboard process could not begin, or not end well.
 #[derive(Debug, thiserror::Error)]
 pub enum OnboardError {
-    /// The profile needs tiles of a shape that is not compiled in, or contradicts itself.
+    /// The profile needs tiles of a shape that is not compiled in, asks for too much memory, or contradicts itself.
     #[error(transparent)]
     Shape(#[from] UnknownShape),
     /// The profile contradicts itself.
@@ -89,11 +89,9 @@ pub fn run_onboard(
     stop: &AtomicBool,
     finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
 ) -> Result<Summary, OnboardError> {
-    let window = profile.settings.model()?.tiling.window(&[0, 0]);
-    let shape = (window.supports(), window.band(profile.settings.stencil));
     macro_rules! run_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape {
+            match map::shape(profile)? {
                 $(($m, $b) => run::<$m, $b>(profile, domain, options, stop, finish),)*
                 (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: [$(($m, $b)),*].into() }.into()),
             }

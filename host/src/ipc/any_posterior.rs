@@ -9,6 +9,7 @@ use bhm_core::{
 use super::{
     IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSubscriber, Received,
 };
+use crate::map::{PosteriorDigest, posterior_digest};
 
 /// A posterior of any compiled shape, for programs that learn its shape at run time.
 pub trait AnyPosterior {
@@ -20,6 +21,9 @@ pub trait AnyPosterior {
 
     /// Indices of its tiles, ascending.
     fn tile_indices(&self) -> Vec<TileIndex<2>>;
+
+    /// What distinguishes it from another posterior, bit for bit: the digest of a map that holds these tiles and no others.
+    fn digest(&self) -> PosteriorDigest;
 
     /// What it says about a point.
     fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
@@ -39,6 +43,10 @@ impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
 
     fn tile_indices(&self) -> Vec<TileIndex<2>> {
         self.tiles().iter().map(|tile| tile.index).collect()
+    }
+
+    fn digest(&self) -> PosteriorDigest {
+        posterior_digest(self.tiles().iter().map(|tile| (tile.index, tile.view())))
     }
 
     fn occupancy(&self, point_m: &Point<2>) -> Occupancy {

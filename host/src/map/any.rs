@@ -53,6 +53,9 @@ pub trait AnyMap: Send {
     /// What distinguishes what it has learned from what another map has, bit for bit.
     fn digest(&self) -> PosteriorDigest;
 
+    /// The same of these tiles alone, in ascending order of index; those that the map does not have are left out.
+    fn digest_of(&self, tiles: &[TileIndex<2>]) -> PosteriorDigest;
+
     /// Writes it in the format of [`snapshot`]; [`snapshot::save`] writes a file.
     ///
     /// # Errors
@@ -105,6 +108,13 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
         posterior_digest(self.all_tiles().into_iter().map(|tile| (tile.index, tile.posterior.view())))
     }
 
+    fn digest_of(&self, tiles: &[TileIndex<2>]) -> PosteriorDigest {
+        let tile = |index: &TileIndex<2>| {
+            self.mapper().tiles().get(index).or_else(|| self.archive().get(index)).map(|tile| tile.posterior.view())
+        };
+        posterior_digest(tiles.iter().filter_map(|index| Some((*index, tile(index)?))))
+    }
+
     fn write_snapshot(&self, extras: &Extras, to: &mut dyn io::Write) -> io::Result<()> {
         snapshot::write(self, extras, to)
     }
@@ -131,18 +141,25 @@ pub enum UnknownShape {
     },
 }
 
+/// Supports and band of the profile's tiles, if its settings and capacities make sense.
+///
+/// # Errors
+/// Settings that contradict themselves, or ask for too much memory.
+pub fn shape(profile: &Profile) -> Result<(usize, usize), UnknownShape> {
+    let window = profile.settings.model()?.tiling.window(&[0, 0]);
+    let shape = (window.supports(), window.band(profile.settings.stencil));
+    super::capacity::check(&profile.capacities, shape)?;
+    Ok(shape)
+}
+
 /// An empty map of the profile's shape.
 ///
 /// # Errors
 /// Settings that contradict themselves, need a shape that is not compiled in, or ask for too much memory.
 pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
-    let model = profile.settings.model()?;
-    let window = model.tiling.window(&[0, 0]);
-    let shape = (window.supports(), window.band(profile.settings.stencil));
-    super::capacity::check(&profile.capacities, shape)?;
     macro_rules! open_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape {
+            match shape(profile)? {
                 $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::new(profile)?)),)*
                 (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }),
             }

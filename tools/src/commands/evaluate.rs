@@ -130,9 +130,6 @@ impl Evaluate {
             Held::Points => "points of beams with a return",
             Held::Scans => "scans",
         };
-        // Repaired stamps are nanoseconds apart: a few do no harm, many say nothing about time.
-        let real = report.stamps_repaired * 10 < report.scans;
-        let span_ns = scans.last().zip(scans.first()).map_or(0, |(last, first)| last.stamp_ns - first.stamp_ns);
         Ok(Task {
             training: split.training,
             held_out: format!(
@@ -144,7 +141,7 @@ impl Evaluate {
             ),
             test: split.test,
             beams_removed: if self.holdout == Held::Beams { split.held as u64 } else { 0 },
-            recorded_s: (real && span_ns > 0).then(|| span_ns as f64 / 1e9),
+            recorded_s: reports::recorded_s(&scans, &report),
             max_range_m: Some(report.max_range_m),
         })
     }

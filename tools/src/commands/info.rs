@@ -48,7 +48,9 @@ impl Info {
         let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
         let model = map.settings().model()?;
         let (scans, newest_stamp_ns) = map.progress();
-        let observed = Knowledge::of(&model).observed(&*map).map(|Bounds { min, max }| Observed { min, max });
+        let observed = Knowledge::of(&model)
+            .observed(&map.tile_indices(), |point_m| map.occupancy(point_m))
+            .map(|Bounds { min, max }| Observed { min, max });
         let name = profile::named(&profile).map_or("", |profile| profile.name);
         let made_with = Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() };
         let facts = Facts {

@@ -2,10 +2,16 @@
 
 mod build;
 mod completions;
+mod demo;
 mod evaluate;
 mod info;
+mod onboard;
+mod play;
 mod query;
 mod render;
+mod replay;
+mod simulate;
+mod watch;
 
 use crate::output::Output;
 
@@ -27,6 +33,12 @@ macro_rules! commands {
 }
 
 commands! {
+    Demo in demo,
+    Replay in replay,
+    Onboard in onboard,
+    Simulate in simulate,
+    Play in play,
+    Watch in watch,
     Build in build,
     Query in query,
     Render in render,

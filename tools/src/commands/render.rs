@@ -1,22 +1,18 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use bhm_core::geometry::Point;
 use bhm_host::{
     map::AnyMap,
     snapshot::{self, Snapshot},
 };
-use bhm_tools::picture::{Bounds, Field, FieldPicture};
-use clap::{Args, ValueEnum};
+use bhm_tools::picture::Bounds;
+use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    known::{KNOWN_DEVIATION, Knowledge},
-    output::{Output, Usage, table},
+    drawing::{self, Drawing, Drawn, What},
+    output::{Output, table},
 };
-
-/// Blank space around what was observed, metres.
-const MARGIN_M: f32 = 1.0;
 
 /// Draw a map as PNG, with scale, colour bar and the robot's path
 #[derive(Args, Debug)]
@@ -43,21 +39,11 @@ pub(crate) struct Render {
     no_path: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum What {
-    /// The probability of occupancy
-    Probability,
-    /// The standard deviation of the log-odds: how little is known; the last colour is the unknown
-    Deviation,
-}
-
 #[derive(Serialize)]
 struct Rendered {
     png: PathBuf,
-    width_px: u32,
-    height_px: u32,
-    min_m: [f32; 2],
-    max_m: [f32; 2],
+    #[serde(flatten)]
+    drawn: Drawn,
 }
 
 impl Render {
@@ -68,48 +54,31 @@ impl Render {
             None => self.observed(&*map)?,
         };
         let file_name = self.map.file_name().unwrap_or_default().to_string_lossy();
-        let picture = FieldPicture {
+        let drawing = Drawing {
+            what: self.what,
             bounds_m,
             pixels_per_metre: self.scale,
             title: self.title.as_deref().unwrap_or(&file_name),
-            field: match self.what {
-                What::Probability => Field::PROBABILITY,
-                What::Deviation => Field::standard_deviation(KNOWN_DEVIATION),
-            },
             path_m: if self.no_path { &[] } else { &extras.path_m },
+            occupancy: |point_m: &_| map.occupancy(point_m),
         };
-        let canvas = picture
-            .render(|x, y| {
-                let occupancy = map.occupancy(&Point::<2>::new(x, y));
-                match self.what {
-                    What::Probability => occupancy.probability,
-                    What::Deviation => occupancy.variance.sqrt(),
-                }
-            })
-            // The map is as it is; what cannot be drawn was asked for.
-            .map_err(|error| Usage(error.to_string()))?;
-        canvas.write_png(&self.output).with_context(|| format!("cannot write {}", self.output.display()))?;
-
-        let size = canvas.map_area().size;
-        let Bounds { min, max } = bounds_m;
-        let rendered =
-            Rendered { png: self.output.clone(), width_px: size.width, height_px: size.height, min_m: min, max_m: max };
+        let rendered = Rendered { png: self.output.clone(), drawn: drawing.write(&self.output)? };
         output.result(&rendered, || {
+            let Drawn { width_px, height_px, min_m, max_m } = rendered.drawn;
             table(&[
                 ("picture", self.output.display().to_string()),
-                ("map", format!("{} x {} pixels", size.width, size.height)),
-                ("area", format!("x {} to {} m, y {} to {} m", min[0], max[0], min[1], max[1])),
+                ("map", format!("{width_px} x {height_px} pixels")),
+                ("area", format!("x {} to {} m, y {} to {} m", min_m[0], max_m[0], min_m[1], max_m[1])),
             ])
         })
     }
 
     fn observed(&self, map: &dyn AnyMap) -> anyhow::Result<Bounds> {
         let model = map.settings().model()?;
-        let observed = Knowledge::of(&model).observed(map);
-        let Bounds { min, max } = observed.with_context(|| {
+        let worth = drawing::worth_drawing(&model, &map.tile_indices(), |point_m| map.occupancy(point_m));
+        worth.with_context(|| {
             format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
-        })?;
-        Ok(Bounds { min: min.map(|m| (m - MARGIN_M).floor()), max: max.map(|m| (m + MARGIN_M).ceil()) })
+        })
     }
 }
 

@@ -1,6 +1,9 @@
-//! The binary as people and scripts meet it: exit codes, messages, results, files.
+//! The binary as people and scripts meet it: exit codes, messages, results, files, and its processes together.
+//!
+//! Here and not in the member `tests`, since Cargo builds and names the binary only for tests of its own package.
 
 mod bad_input;
+mod live;
 mod maps;
 mod support;
 mod usage;

@@ -29,6 +29,17 @@ fn what_is_not_understood_is_code_2() {
         ("query m.bhm 1", "<Y>"),
         ("query m.bhm 1 north", "invalid value 'north' for '<Y>'"),
         ("query m.bhm nan 0", "the point (NaN, 0) is not finite"),
+        ("watch --query nan 1", "a point at NaN is nowhere"),
+        ("watch --query 1", "2 values required"),
+        ("onboard --domain a/b", "'a/b' cannot be used as a domain's name"),
+        ("onboard --consumers 0", "0 is not in 1..=64"),
+        ("onboard --slots 99999999", "number of tile slots is 99999999, expected 1 to 23301"),
+        ("simulate --scene moon", "[possible values: building, outdoor]"),
+        ("simulate --rate 0", "expected a number of scans per second"),
+        ("play", "<LOG>"),
+        ("replay", "<LOG>"),
+        ("demo --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),
+        ("demo --slots 0", "number of tile slots is 0"),
         ("render m.bhm -o x.png --bounds 1,2,3", "expected four numbers of metres"),
     ] {
         bench.bhm(arguments).fails(2, &[says]);

@@ -1,0 +1,35 @@
+use std::path::PathBuf;
+
+use bhm_host::dataset::{self, ReadOptions};
+use clap::Args;
+
+use crate::{
+    live::{Meeting, Sending},
+    output::Output,
+    reports,
+};
+
+/// Send the scans of a recorded log into shared memory
+#[derive(Args, Debug)]
+pub(crate) struct Play {
+    #[command(flatten)]
+    meeting: Meeting,
+    /// Scan log (CARMEN), plain or gzip
+    log: PathBuf,
+    /// The sensor's maximum range, metres [default: stated by the log, or found from it and printed]
+    #[arg(long, env = "BHM_MAX_RANGE", value_name = "M")]
+    max_range: Option<f32>,
+    #[command(flatten)]
+    sending: Sending,
+}
+
+impl Play {
+    pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+        let (domain, stop) = self.meeting.enter()?;
+        let mut log = dataset::read_log(&self.log, &ReadOptions { max_range_m: self.max_range })?;
+        reports::scan_log(&self.log, &log.report);
+        let scans: Vec<_> = self.sending.part.of(log.scans.drain(..)).collect();
+        let recorded_s = reports::recorded_s(&scans, &log.report);
+        self.sending.run(scans.into_iter(), recorded_s, &domain, &stop, output)
+    }
+}

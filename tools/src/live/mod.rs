@@ -1,0 +1,18 @@
+//! Processes that work together: where they meet, what they say to each other, and a crew of three under one parent.
+//!
+//! Each process is this binary with another subcommand. Scans and posteriors cross shared memory; what a process says
+//! about itself are the JSON lines on its standard output ([`said`]), which the parent reads like anybody could.
+
+mod child;
+mod crew;
+mod exhibition;
+mod meeting;
+mod report;
+pub(crate) mod said;
+mod sending;
+
+pub(crate) use self::{
+    exhibition::{Exhibition, Exhibits},
+    meeting::Meeting,
+    sending::{Part, Sending},
+};
