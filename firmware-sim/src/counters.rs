@@ -92,6 +92,8 @@ counters! {
     passes,
     /// Passes that the safeguard rejected.
     safeguards,
+    /// Passes that `f32` could factor only with a little more on the diagonal.
+    conditioned,
     /// Posteriors published.
     published,
     /// Posteriors that could not be published.
@@ -141,6 +143,7 @@ impl Counters {
             (&mut self.tiles_failed, report.tiles_failed),
             (&mut self.passes, report.passes),
             (&mut self.safeguards, report.safeguards),
+            (&mut self.conditioned, report.conditioned),
         ] {
             *counter += u64::from(more);
         }

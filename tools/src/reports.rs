@@ -91,6 +91,7 @@ pub(crate) struct Learned {
     pub(crate) tiles_failed: u64,
     pub(crate) passes: u64,
     pub(crate) safeguards: u64,
+    pub(crate) conditioned: u64,
 }
 
 impl Learned {
@@ -129,6 +130,7 @@ impl Learned {
             (&mut self.tiles_failed, report.tiles_failed),
             (&mut self.passes, report.passes),
             (&mut self.safeguards, report.safeguards),
+            (&mut self.conditioned, report.conditioned),
         ] {
             *total += u64::from(count);
         }
