@@ -6,6 +6,7 @@ use std::sync::{
 use bhm_host::{ipc::Domain, stop_on_signals};
 use clap::Args;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use signal_hook::{consts::SIGHUP, flag};
 
 use crate::output::Usage;
 
@@ -30,7 +31,9 @@ impl Meeting {
         let domain = domain.map_err(|error| Usage(error.to_string()))?;
         let stop = stop_on_signals()?;
         if let Some(parent) = self.parent {
-            set_parent_process_death_signal(Some(Signal::TERM))?;
+            // Not SIGTERM, of which the second ends a process at once: the system sends one for each thread of the parent.
+            flag::register(SIGHUP, Arc::clone(&stop))?;
+            set_parent_process_death_signal(Some(Signal::HUP))?;
             // It may have died before that.
             if getppid().map(Pid::as_raw_pid) != Some(parent) {
                 stop.store(true, Ordering::Relaxed);

@@ -1,5 +1,7 @@
 //! The parent of three processes: it notices deaths, and leaves nobody behind.
 
+use std::fs;
+
 use bhm_host::ipc::Domain;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -56,6 +58,11 @@ fn a_parent_that_is_told_to_end_or_is_killed_takes_its_children_along() {
         // Its domain goes with it, unless it had no time for that.
         let domain = Domain::named(&format!("t{parent}-0")).unwrap();
         assert_eq!(domain.root().exists(), signal == Signal::KILL);
-        let _ = std::fs::remove_dir_all(domain.root());
+        let _ = fs::remove_dir_all(domain.root());
+        for entry in fs::read_dir("/dev/shm").unwrap().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(domain.prefix()) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
     }
 }

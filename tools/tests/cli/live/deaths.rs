@@ -11,7 +11,8 @@ use serde_json::Value;
 use super::process::Process;
 use crate::support::Bench;
 
-/// Scans of the simulated route.
+/// Scans of the simulated route. It takes more tiles than the profile's store has, and a digest of what is in shared memory
+/// is the map's only where nothing is in the archive: hence `--slots` below.
 const SCANS: u64 = 599;
 
 fn count(onboard: &Value, name: &str) -> u64 {
@@ -30,7 +31,7 @@ fn a_mapper_that_is_killed_and_returns_gets_every_scan_that_was_not_acknowledged
     let bench = Bench::new();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let domain = TemporaryDomain::new().unwrap();
-    let onboard = || Process::join(&bench, &domain, "onboard --profile compact --until-end --save map.bhm");
+    let onboard = || Process::join(&bench, &domain, "onboard --profile compact --slots 128 --until-end --save map.bhm");
     let mut mapper = onboard();
     let watch = Process::join(&bench, &domain, "watch --until-end");
     watch.reads(0);
@@ -67,7 +68,7 @@ fn a_source_that_is_killed_makes_room_for_the_next() {
     let bench = Bench::new();
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let domain = TemporaryDomain::new().unwrap();
-    let onboard = Process::join(&bench, &domain, "onboard --profile compact --until-end");
+    let onboard = Process::join(&bench, &domain, "onboard --profile compact --slots 128 --until-end");
     let watch = Process::join(&bench, &domain, "watch --until-end");
     watch.reads(0);
     let mut learned = 0;
@@ -103,7 +104,7 @@ fn consumers_that_are_killed_disturb_nobody_and_make_room_for_the_next() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let domain = TemporaryDomain::new().unwrap();
     // Room for one at a time.
-    let onboard = Process::join(&bench, &domain, "onboard --profile compact --until-end --consumers 1");
+    let onboard = Process::join(&bench, &domain, "onboard --profile compact --slots 128 --until-end --consumers 1");
     let consumer = || Process::join(&bench, &domain, "watch --until-end");
     consumer().reads(0);
     let source = Process::join(&bench, &domain, "simulate --rate 100");
@@ -126,7 +127,7 @@ fn consumers_that_are_killed_disturb_nobody_and_make_room_for_the_next() {
 fn a_consumer_that_stands_still_does_not_hold_the_mapper_up() {
     let bench = Bench::new();
     let domain = TemporaryDomain::new().unwrap();
-    let onboard = Process::join(&bench, &domain, "onboard --profile compact --until-end");
+    let onboard = Process::join(&bench, &domain, "onboard --profile compact --slots 128 --until-end");
     let watch = Process::join(&bench, &domain, "watch --until-end");
     watch.reads(0);
     let source = Process::join(&bench, &domain, "simulate");
