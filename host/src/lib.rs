@@ -11,3 +11,8 @@ pub mod snapshot;
 
 pub use scan_record::ScanRecord;
 pub use signals::stop_on_signals;
+
+/// The README's example, compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

@@ -6,14 +6,19 @@
 
 use std::{
     env, fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, ExitCode},
 };
 
-use bhm_core::{mapper::IntegrateReport, profile};
+use bhm_core::{
+    mapper::IntegrateReport,
+    posterior::{Posterior, Prior, Scratch},
+    profile,
+};
 use bhm_host::{ScanRecord, dataset, map, sim};
 
-/// Most instructions that a scan may cost on average, at 0.5 m and three passes.
+/// Most instructions that a scan of a log may cost on average, at 0.5 m and three passes; the simulated scans have twice the
+/// beams of the log that the bound is for, and are held to the model only.
 const MEAN_BOUND: f64 = 30e6;
 
 /// How far a scan may lie from the linear model, relative to its own count.
@@ -38,7 +43,34 @@ fn scans(log: Option<&str>) -> Vec<ScanRecord> {
     }
 }
 
-/// Prints a line `tiles·passes rows·passes` per scan; callgrind writes the counts.
+/// The band's kernels alone, and little else: factor, solve and selected inverse of one tile's posterior.
+fn kernels<const M: usize, const B: usize>(measured: fn(&mut Posterior<M, B>, &mut Scratch<M, B>)) {
+    let (mut posterior, mut scratch) = (Box::new(Posterior::ZERO), Box::new(Scratch::ZERO));
+    posterior.reset(&PRIOR);
+    measured(&mut posterior, &mut scratch);
+}
+
+#[inline(never)]
+fn measured_spline_tile(posterior: &mut Posterior<144, 40>, scratch: &mut Scratch<144, 40>) {
+    posterior.discount(&PRIOR, 0.5, scratch).expect("the prior is positive definite");
+}
+
+#[inline(never)]
+fn measured_exponential_tile(posterior: &mut Posterior<196, 76>, scratch: &mut Scratch<196, 76>) {
+    posterior.discount(&PRIOR, 0.5, scratch).expect("the prior is positive definite");
+}
+
+const PRIOR: Prior = Prior { precision: 1.0, bias: None };
+
+/// The kernels of two shapes; callgrind writes their count at the end.
+fn kernels_child(which: &str) {
+    match which {
+        "measured_spline_tile" => kernels(measured_spline_tile),
+        _ => kernels(measured_exponential_tile),
+    }
+}
+
+/// A line `tiles·passes rows·passes` per scan; callgrind writes a count after each.
 fn child(log: Option<&str>) {
     let mut map = map::open(&profile::COMPACT).expect("the profile is usable");
     for scan in scans(log) {
@@ -50,51 +82,71 @@ fn child(log: Option<&str>) {
 
 fn main() -> ExitCode {
     let log = env::args().skip(1).find(|argument| !argument.starts_with("--"));
-    if env::var_os(CHILD).is_some() {
-        child(log.as_deref());
-        return ExitCode::SUCCESS;
+    match env::var(CHILD).as_deref() {
+        Ok("scans") => child(log.as_deref()),
+        Ok(kernels) => kernels_child(kernels),
+        Err(_) => return parent(log.as_deref()),
     }
+    ExitCode::SUCCESS
+}
+
+/// Runs this program under callgrind, counting within one function.
+fn callgrind(folder: &Path, what: &str, function: &str, options: &[&str], log: Option<&str>) -> Result<String, String> {
+    let output = Command::new("valgrind")
+        .arg("--tool=callgrind")
+        .arg(format!("--toggle-collect=instructions::{function}"))
+        .args(options)
+        .arg(format!("--callgrind-out-file={}", folder.join(what).display()))
+        .arg(env::current_exe().map_err(|error| error.to_string())?)
+        .args(log)
+        .env(CHILD, what)
+        .output()
+        .map_err(|error| format!("cannot run valgrind ({error}); install it (Debian: apt-get install valgrind)"))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!("callgrind failed: {}", String::from_utf8_lossy(&output.stderr)))
+    }
+}
+
+fn parent(log: Option<&str>) -> ExitCode {
     let folder = env::temp_dir().join(format!("bhm-instructions-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a temporary folder");
-    let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--toggle-collect=instructions::measured", "--dump-after=instructions::measured"])
-        .arg(format!("--callgrind-out-file={}", folder.join("count").display()))
-        .arg(env::current_exe().expect("this program's path"))
-        .args(&log)
-        .env(CHILD, "1")
-        .output();
-    let output = match output {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => {
-            eprintln!("callgrind failed: {}", String::from_utf8_lossy(&output.stderr));
+    for (name, shape) in [("measured_spline_tile", "M = 144, B = 40"), ("measured_exponential_tile", "M = 196, B = 76")]
+    {
+        if let Err(error) = callgrind(&folder, name, name, &[], None) {
+            eprintln!("{error}");
             return ExitCode::FAILURE;
         }
+        println!("kernels, {shape}     {:.0} (factor, solve, inverse; without AVX2)", count_of(&folder.join(name)));
+    }
+    let lines = match callgrind(&folder, "scans", "measured", &["--dump-after=instructions::measured"], log) {
+        Ok(lines) => lines,
         Err(error) => {
-            eprintln!("cannot run valgrind ({error}); install it (Debian: apt-get install valgrind)");
+            eprintln!("{error}");
             return ExitCode::FAILURE;
         }
     };
-    let rows: Vec<[f64; 2]> = String::from_utf8_lossy(&output.stdout)
+    let rows: Vec<[f64; 2]> = lines
         .lines()
         .filter_map(|line| {
             let (tiles, rows) = line.split_once(' ')?;
             Some([tiles.parse().ok()?, rows.parse().ok()?])
         })
         .collect();
-    let counts: Vec<f64> = (1..=rows.len()).map(|part| count_of(&folder, part)).collect();
+    let counts: Vec<f64> = (1..=rows.len()).map(|part| count_of(&folder.join(format!("scans.{part}")))).collect();
     fs::remove_dir_all(&folder).ok();
-    report(&rows, &counts)
+    report(&rows, &counts, log.is_some())
 }
 
-/// The total of the `part`-th dump.
-fn count_of(folder: &Path, part: usize) -> f64 {
-    let path: PathBuf = folder.join(format!("count.{part}"));
-    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+/// The total of a dump.
+fn count_of(path: &Path) -> f64 {
+    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let total = text.lines().find_map(|line| line.strip_prefix("totals: ").or_else(|| line.strip_prefix("summary: ")));
     total.and_then(|total| total.trim().parse().ok()).unwrap_or_else(|| panic!("{} has no total", path.display()))
 }
 
-fn report(rows: &[[f64; 2]], counts: &[f64]) -> ExitCode {
+fn report(rows: &[[f64; 2]], counts: &[f64], bounded: bool) -> ExitCode {
     let scans = counts.len() as f64;
     let mean = counts.iter().sum::<f64>() / scans;
     let worst = counts.iter().copied().fold(0.0, f64::max);
@@ -112,7 +164,7 @@ fn report(rows: &[[f64; 2]], counts: &[f64]) -> ExitCode {
     println!("c, per scan                  {c:.0}");
     println!("off the model, largest       {:.2} % (bound {:.0} %)", 100.0 * largest, 100.0 * MODEL_BOUND);
     println!("off the model, 99th percent. {:.2} %", 100.0 * p99);
-    if mean <= MEAN_BOUND && largest <= MODEL_BOUND { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if (mean <= MEAN_BOUND || !bounded) && largest <= MODEL_BOUND { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// The plane through the counts: normal equations of three unknowns, by Gaussian elimination.
