@@ -1,30 +1,38 @@
-//! The feature vector φ(x) of eq. (1): which supports a point sees and how strongly.
+//! The feature vector φ(x) of eq. (1): which supports an observation sees and how strongly.
 //!
-//! Here lattice, kernel and support meet; the posterior sees only the numbers.
+//! Here lattice, kernel, support and observation meet, in one composition: the kernel is blurred by what is uncertain about
+//! the observation, the support averages it over its area, and a segment averages that along itself. The posterior sees
+//! only the numbers.
 
 use heapless::Vec;
+use nalgebra::SMatrix;
 
 use crate::{
-    geometry::Point,
-    kernel::AnyKernel,
-    lattice::{Lattice, MAX_STENCIL_NODES, Stencil, offsets},
-    support::{AnySupport, Support},
+    geometry::{Place, Point},
+    kernel::{AnyKernel, Averaging, Kernel, quadrature::sampled},
+    lattice::{Lattice, MAX_STENCIL_NODES, Node, Stencil, offsets},
+    support::Supports,
 };
 
-/// Supports, their kernel, and the optional bias: everything that turns a point into features.
+/// Supports, their kernel, and the optional bias: everything that turns a place into features.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Basis<const D: usize> {
+pub struct Basis<'s, const D: usize> {
     /// Where the supports sit.
     pub lattice: Lattice<D>,
     /// How far each reaches.
     pub kernel: AnyKernel<D>,
     /// What each is centred on.
-    pub support: AnySupport,
+    pub supports: Supports<'s, D>,
+    /// How features are averaged along a segment.
+    pub segments: Averaging,
     /// What is subtracted from the constant feature 1, per unit of `Σₘ φₘ(x)`; `None` without bias. See [`Basis::new`].
     pub bias_coupling: Option<f32>,
+    /// By how much an uncertain observation may widen the kernel, as a variance along each axis, m². See
+    /// [`Basis::widening`].
+    pub room_m2: f32,
 }
 
-/// φ(x): one value per node of the point's stencil, in the stencil's order, and the bias feature.
+/// φ(x): one value per node of the place's stencil, in the stencil's order, and the bias feature.
 #[derive(Clone, Debug)]
 pub struct Features<const D: usize> {
     /// The stencil the values belong to.
@@ -44,7 +52,10 @@ pub struct FeatureGradients<const D: usize> {
     pub bias: Point<D>,
 }
 
-impl<const D: usize> Basis<D> {
+/// Largest feature at the edge of a stencil that is accepted: the paper's own public settings cut at 1.3e-3.
+pub const MAX_CUT_OFF: f32 = 5e-3;
+
+impl<'s, const D: usize> Basis<'s, D> {
     /// Composes a basis.
     ///
     /// With a bias the model is `f(x) = Σₘ wₘ φₘ(x) + b`. A lattice of bumps nearly spans the constant function, so that
@@ -54,8 +65,15 @@ impl<const D: usize> Basis<D> {
     /// `Σₘ φₘ`, `r` is the small ripple that the lattice cannot express (zero for a B-spline). What remains of the
     /// coupling stands in the prior.
     #[must_use]
-    pub fn new(lattice: Lattice<D>, kernel: AnyKernel<D>, support: AnySupport, bias: bool) -> Self {
-        let mut basis = Self { lattice, kernel, support, bias_coupling: None };
+    pub fn new(
+        lattice: Lattice<D>,
+        kernel: AnyKernel<D>,
+        supports: Supports<'s, D>,
+        segments: Averaging,
+        bias: bool,
+    ) -> Self {
+        let mut basis = Self { lattice, kernel, supports, segments, bias_coupling: None, room_m2: 0.0 };
+        basis.room_m2 = basis.room();
         if bias {
             const SAMPLES_A_SIDE: usize = 4;
             let mut sum = 0.0;
@@ -70,14 +88,44 @@ impl<const D: usize> Basis<D> {
         basis
     }
 
-    /// φ(x); `None` where the lattice cannot place the point (see [`Lattice::stencil_at`]).
+    /// φ of a point; `None` where the lattice cannot place it (see [`Lattice::stencil_at`]).
     #[inline]
     #[must_use]
     pub fn features(&self, point_m: &Point<D>) -> Option<Features<D>> {
-        let stencil = self.lattice.stencil_at(point_m)?;
+        self.features_of(&Place::Point(*point_m), None)
+    }
+
+    /// φ of a point or of a segment whose every point sees the stencil of its middle (see [`Lattice::cut`]), widened by the
+    /// covariance of where it is, m²; `None` where the lattice cannot place it.
+    #[inline]
+    #[must_use]
+    pub fn features_of(&self, place: &Place<D>, spread_m2: Option<&SMatrix<f32, D, D>>) -> Option<Features<D>> {
+        let stencil = self.lattice.stencil_at(&place.middle_m())?;
+        let kernel = match spread_m2 {
+            Some(spread_m2) => self.kernel.blurred(spread_m2),
+            None => self.kernel,
+        };
         let mut features = Features { stencil, values: Vec::new(), bias: 0.0 };
-        for displacement in self.displacements(&stencil) {
-            features.values.push(self.support.feature(&self.kernel, &displacement)).ok()?;
+        match place {
+            Place::Point(_) => {
+                for (node, displacement) in self.nodes(&stencil) {
+                    let value = self.supports.at(&node).feature(&kernel, &displacement);
+                    features.values.push(value).ok()?;
+                }
+            }
+            Place::Segment { from_m, to_m } => {
+                let along = to_m - from_m;
+                for (node, middle) in self.nodes(&stencil) {
+                    let support = self.supports.at(&node);
+                    let value = match self.segments {
+                        Averaging::Exact => support.segment_feature(&kernel, &middle, &along),
+                        Averaging::Samples(count) => {
+                            sampled(count, |x| support.feature(&kernel, &(middle + along * x)))
+                        }
+                    };
+                    features.values.push(value).ok()?;
+                }
+            }
         }
         if let Some(coupling) = self.bias_coupling {
             features.bias = 1.0 - coupling * features.values.iter().sum::<f32>();
@@ -89,9 +137,9 @@ impl<const D: usize> Basis<D> {
     #[must_use]
     pub fn gradients(&self, stencil: &Stencil<D>) -> FeatureGradients<D> {
         let mut gradients = FeatureGradients { values: Vec::new(), bias: Point::zeros() };
-        for displacement in self.displacements(stencil) {
+        for (node, displacement) in self.nodes(stencil) {
             // A stencil larger than the capacity has no features, hence no gradients to ask for.
-            let _ = gradients.values.push(self.support.feature_gradient(&self.kernel, &displacement));
+            let _ = gradients.values.push(self.supports.at(&node).feature_gradient(&self.kernel, &displacement));
         }
         if let Some(coupling) = self.bias_coupling {
             gradients.bias = gradients.values.iter().sum::<Point<D>>() * -coupling;
@@ -99,11 +147,68 @@ impl<const D: usize> Basis<D> {
         gradients
     }
 
+    /// The largest feature that the stencil cuts off, over all supports.
+    #[must_use]
+    pub fn cut_off(&self) -> f32 {
+        // Written so that a NaN is the largest.
+        let largest = |a: f32, b: f32| if b > a || b.is_nan() { b } else { a };
+        self.supports.all().map(|support| support.cut_off(&self.kernel, self.reach_m())).fold(0.0, largest)
+    }
+
+    /// What an observation's covariance, m², may widen the kernel by, and whether that is less than all of it.
+    ///
+    /// A kernel widened beyond its stencil would be cut off there: a covariance with a variance above
+    /// [`room_m2`](Self::room_m2) along an axis is scaled down to it.
     #[inline]
-    fn displacements(&self, stencil: &Stencil<D>) -> impl Iterator<Item = Point<D>> {
-        let (from_first_m, spacing_m) = (stencil.from_first_m, self.lattice.spacing_m);
-        offsets([self.lattice.stencil; D])
-            .map(move |offset| Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m))
+    #[must_use]
+    pub fn widening(&self, covariance_m2: &SMatrix<f32, D, D>) -> (SMatrix<f32, D, D>, bool) {
+        let largest = (0..D).map(|axis| covariance_m2[(axis, axis)]).fold(0.0, f32::max);
+        if largest > self.room_m2 { (covariance_m2 * (self.room_m2 / largest), true) } else { (*covariance_m2, false) }
+    }
+
+    /// The largest isotropic variance, m², by which every support can be blurred with no more than [`MAX_CUT_OFF`] cut off.
+    fn room(&self) -> f32 {
+        let reach = self.reach_m();
+        let mut room = reach * reach;
+        for support in self.supports.all() {
+            let fits = |variance: f32| {
+                let blur = SMatrix::from_diagonal_element(variance);
+                support.cut_off(&self.kernel.blurred(&blur), reach) <= MAX_CUT_OFF
+            };
+            if fits(room) {
+                continue;
+            }
+            let (mut low, mut high) = (0.0, room);
+            for _ in 0..20 {
+                let middle = 0.5 * (low + high);
+                if fits(middle) {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            room = low;
+        }
+        room
+    }
+
+    /// How far a stencil reaches: the nearest point that does not see a support is half a stencil from it along an axis.
+    fn reach_m(&self) -> f32 {
+        0.5 * self.lattice.stencil as f32 * self.lattice.spacing_m
+    }
+
+    /// The stencil's nodes, and the displacement of its point from each.
+    #[inline]
+    fn nodes(&self, stencil: &Stencil<D>) -> impl Iterator<Item = (Node<D>, Point<D>)> {
+        let Stencil { first, from_first_m } = *stencil;
+        let spacing_m = self.lattice.spacing_m;
+        offsets([self.lattice.stencil; D]).map(move |offset| {
+            let mut node = first;
+            for axis in 0..D {
+                node[axis] += offset[axis] as i32;
+            }
+            (node, Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m))
+        })
     }
 }
 
@@ -111,12 +216,13 @@ impl<const D: usize> Basis<D> {
 mod tests {
     use super::*;
     use crate::kernel::{KernelChoice, KernelParameters};
-    use crate::support::PointSupport;
+    use crate::support::SupportTable;
 
-    fn basis(kernel: KernelChoice, stencil: usize) -> Basis<2> {
+    fn basis(kernel: KernelChoice, stencil: usize) -> Basis<'static, 2> {
         let parameters = KernelParameters { spacing_m: 0.5, shape_m2: 0.15 };
         let lattice = Lattice { origin_m: Point::zeros(), spacing_m: 0.5, stencil };
-        Basis::new(lattice, kernel.build(&parameters), AnySupport::PointSupport(PointSupport), true)
+        let supports = Supports { everywhere: Default::default(), table: SupportTable::EMPTY };
+        Basis::new(lattice, kernel.build(&parameters), supports, Averaging::Exact, true)
     }
 
     #[test]

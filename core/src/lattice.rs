@@ -54,6 +54,52 @@ impl<const D: usize> Lattice<D> {
         Some(Stencil { first, from_first_m })
     }
 
+    /// Cuts a segment where it enters another cell, so that every point of a piece sees the same stencil.
+    ///
+    /// A piece may stick out of its cell by at most 1/128 of a spacing, where a kernel that ends with its stencil is below
+    /// 1.2e-7, so that corners are not cut into slivers that would each count as an observation. A segment that the lattice
+    /// cannot place stays whole. The pieces number at most `1 + Σ |Δᵢ|/h + D`.
+    pub fn cut(&self, from_m: Point<D>, to_m: Point<D>) -> impl Iterator<Item = (Point<D>, Point<D>)> + use<D> {
+        const SLIVER: f32 = 1.0 / 128.0;
+        let placed = self.stencil_at(&from_m).is_some() && self.stencil_at(&to_m).is_some();
+        let start = (from_m - self.origin_m) / self.spacing_m;
+        let along = (to_m - from_m) / self.spacing_m;
+        let sliver = SLIVER / along.iter().fold(0.0, |longest: f32, d| longest.max(d.abs()));
+        // The next lattice line along each axis.
+        let mut line = [0; D];
+        for axis in 0..D {
+            line[axis] = floor(start[axis]) + i32::from(along[axis] > 0.0);
+        }
+        let mut t = if placed { 0.0_f32 } else { -1.0 };
+        core::iter::from_fn(move || {
+            if t < 0.0 {
+                t = 1.0;
+                return Some((from_m, to_m));
+            }
+            if t >= 1.0 {
+                return None;
+            }
+            let begin = t;
+            // Lines met within a sliver of the piece's begin are the cell that it enters anyway.
+            while t <= begin + sliver && t < 1.0 {
+                let crossing = |axis: usize| (line[axis] as f32 - start[axis]) / along[axis];
+                let mut next = 1.0;
+                let mut of = None;
+                for axis in (0..D).filter(|axis| along[*axis] != 0.0) {
+                    if crossing(axis) < next {
+                        (next, of) = (crossing(axis), Some(axis));
+                    }
+                }
+                if let Some(axis) = of {
+                    line[axis] += if along[axis] > 0.0 { 1 } else { -1 };
+                }
+                t = if next + sliver >= 1.0 { 1.0 } else { next.max(t) };
+            }
+            let at = |t: f32| if t >= 1.0 { to_m } else { from_m + (to_m - from_m) * t };
+            Some((at(begin), at(t)))
+        })
+    }
+
     /// Number of nodes of a stencil, `Sᴰ`.
     #[must_use]
     pub const fn stencil_nodes(&self) -> usize {
@@ -183,6 +229,52 @@ mod tests {
             }
             let back = lattice.position_m(&stencil.first) + stencil.from_first_m;
             assert!((back - point).iter().all(|d| d.abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn a_cut_segment_is_whole_and_each_piece_keeps_to_its_cell() {
+        let lattice = Lattice::<2> { origin_m: [0.3, -0.1].into(), spacing_m: 0.25, stencil: 4 };
+        let mut state = 12_345_u32;
+        let mut random = |range: f32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((state >> 8) as f32 / (1 << 24) as f32 - 0.5) * range
+        };
+        for case in 0..20_000 {
+            let from = Point::<2>::new(random(20.0), random(20.0));
+            let reach = [0.01, 0.3, 5.0][case % 3];
+            // Every tenth along an axis, every eleventh from a node.
+            let mut to = from + Point::<2>::new(random(reach), random(reach));
+            if case % 10 == 0 {
+                to.x = from.x;
+            }
+            let from = if case % 11 == 0 { lattice.position_m(&[case as i32 % 40, 7]) } else { from };
+            let pieces: Vec<_> = lattice.cut(from, to).collect();
+            assert_eq!(pieces.first().unwrap().0, from);
+            assert_eq!(pieces.last().unwrap().1, to);
+            assert!(pieces.windows(2).all(|pair| pair[0].1 == pair[1].0));
+            for (a, b) in &pieces {
+                let cell = lattice.stencil_at(&((a + b) * 0.5)).unwrap().first;
+                for end in [a, b] {
+                    let cells = (end - lattice.origin_m) / lattice.spacing_m;
+                    for axis in 0..2 {
+                        let into = cells[axis] - (cell[axis] + 1) as f32;
+                        assert!((-0.0079..=1.0079).contains(&into), "{into} of {from:?} to {to:?}: {pieces:?}");
+                    }
+                }
+            }
+            let lines = (to - from).abs().sum() / 0.25;
+            assert!(pieces.len() <= lines as usize + 3, "{} pieces of {from:?} to {to:?}", pieces.len());
+        }
+    }
+
+    #[test]
+    fn a_segment_without_length_or_place_stays_whole() {
+        let lattice = Lattice::<2> { origin_m: Point::zeros(), spacing_m: 0.25, stencil: 4 };
+        let here = Point::<2>::new(1.0, 2.0);
+        assert_eq!(lattice.cut(here, here).collect::<Vec<_>>(), [(here, here)]);
+        for far in [1e30, f32::NAN] {
+            assert_eq!(lattice.cut(here, Point::<2>::new(far, 0.0)).count(), 1);
         }
     }
 

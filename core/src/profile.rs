@@ -1,11 +1,11 @@
 //! The bill of materials: every capacity and every default, once, with its unit, effect and reason.
 
 use crate::{
-    beam::{AnyBeamRule, BeamLimits, PointSamples},
-    kernel::KernelChoice,
+    beam::{BeamChoice, BeamLimits},
+    kernel::{Averaging, KernelChoice},
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart},
     settings::Settings,
-    support::{AnySupport, PointSupport},
+    support::{SupportChoice, SupportTable},
 };
 
 /// A named configuration: what the map learns, and how much memory it may use.
@@ -41,6 +41,9 @@ const SPLINE_TILE: Tile = Tile { width: [12, 12], stride: [8, 8], stencil: 4 };
 /// The tile of a kernel that needs a stencil of six: core 8, halo 3.
 const WIDE_TILE: Tile = Tile { width: [14, 14], stride: [8, 8], stencil: 6 };
 
+/// The tile of supports or kernels so wide that they need a stencil of eight: core 8, halo 4.
+const WIDEST_TILE: Tile = Tile { width: [16, 16], stride: [8, 8], stencil: 8 };
+
 /// One joint lattice over [−20, 20] × [−25, 10] m at 0.5 m: 81 × 71 supports, the shorter axis last, for the narrower band.
 const PAPER_TILE: Tile = Tile { width: [81, 71], stride: [75, 65], stencil: 6 };
 
@@ -59,6 +62,7 @@ macro_rules! for_each_shape {
         $callback! {
             (144, 40),
             (196, 76),
+            (256, 120),
             (5751, 361),
         }
     };
@@ -72,7 +76,10 @@ const BASE: Settings = Settings {
     kernel: KernelChoice::CubicBSpline,
     // g = 0.6 h²: the paper's 0.15 m² at its 0.5 m. Only the squared exponential reads it.
     kernel_shape: 0.6,
-    support: AnySupport::PointSupport(PointSupport),
+    support: SupportChoice::PointSupport,
+    // A rectangle as wide as the spacing tessellates the plane. A point has no size.
+    support_size: 1.0,
+    support_averaging: Averaging::Exact,
     stencil: SPLINE_TILE.stencil,
     tile_width: SPLINE_TILE.width,
     tile_stride: SPLINE_TILE.stride,
@@ -89,12 +96,14 @@ const BASE: Settings = Settings {
         // A missing return indoors is more often a black or shiny surface than free space.
         no_return_free_m: 0.0,
     },
-    beam: AnyBeamRule::PointSamples(PointSamples {
-        // One free point a metre: denser ones only repeat what neighbouring beams say.
-        free_spacing_m: 1.0,
-        // Two or three standard deviations of a lidar's range noise.
-        gap_m: 0.1,
-    }),
+    beam: BeamChoice::PointSamples,
+    // One free point a metre: denser ones only repeat what neighbouring beams say.
+    free_spacing_m: 1.0,
+    // Only line segments read it: long enough that the lattice's own lines, and not the chain's joints, cut most of them.
+    segment_length: 4.0,
+    segment_averaging: Averaging::Exact,
+    // Two or three standard deviations of a lidar's range noise.
+    gap_m: 0.1,
     rule: AnyRule::GaussianVariational(GaussianVariational { xi_cap: 4.0 }),
     // The first finds the place, the second and third the weight; more gain less than they cost.
     passes: 3,
@@ -129,7 +138,8 @@ pub const OUTDOOR: Profile = Profile {
             // Outdoors most missing returns are sky and open ground; half a typical range is a cautious share of it.
             no_return_free_m: 20.0,
         },
-        beam: AnyBeamRule::PointSamples(PointSamples { free_spacing_m: 2.0, gap_m: 0.3 }),
+        free_spacing_m: 2.0,
+        gap_m: 0.3,
         ..BASE
     },
     capacities: Capacities { tiles: 1_024, points: 65_536, rows: 65_536, touched: 2_048 },
@@ -173,24 +183,36 @@ pub fn named(name: &str) -> Option<&'static Profile> {
     ALL.into_iter().find(|profile| profile.name == name)
 }
 
+/// What a stencil may cut off without a wider one being taken: invisible beside the rounding of `f32`.
+const UNSEEN_CUT_OFF: f32 = 1e-4;
+
 impl Settings {
-    /// Takes another kernel, and on an unbounded plane the tile that fits its reach.
+    /// Takes another kernel, and the tile that fits its reach; see [`fitted`](Self::fitted).
     #[must_use]
     pub fn with_kernel(self, kernel: KernelChoice) -> Self {
+        Self { kernel, ..self }.fitted(SupportTable::EMPTY)
+    }
+
+    /// Takes the narrowest tile whose stencil cuts off nothing that could be seen of the kernel averaged over each support,
+    /// and the widest if each does. An area of its own ([`tile_count`](Settings::tile_count)) keeps its tile.
+    ///
+    /// Whether what is cut off is acceptable at all, [`model_with`](Self::model_with) says.
+    #[must_use]
+    pub fn fitted(self, supports: SupportTable<'_, 2>) -> Self {
         if self.tile_count.is_some() {
-            return Self { kernel, ..self };
+            return self;
         }
-        let tile = match kernel {
-            KernelChoice::CubicBSpline => SPLINE_TILE,
-            KernelChoice::SquaredExponential => WIDE_TILE,
-        };
-        Self { kernel, stencil: tile.stencil, tile_width: tile.width, tile_stride: tile.stride, ..self }
+        let with =
+            |tile: &Tile| Self { stencil: tile.stencil, tile_width: tile.width, tile_stride: tile.stride, ..self };
+        let fits = |settings: &Self| settings.basis(supports).cut_off() <= UNSEEN_CUT_OFF;
+        [SPLINE_TILE, WIDE_TILE].iter().map(with).find(fits).unwrap_or_else(|| with(&WIDEST_TILE))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::SettingsError;
 
     #[test]
     fn every_profile_is_usable_and_has_a_compiled_shape() {
@@ -199,7 +221,12 @@ mod tests {
         for profile in ALL {
             for kernel in KernelChoice::ALL {
                 let settings = profile.settings.with_kernel(*kernel);
-                let model = settings.model().unwrap_or_else(|error| panic!("{}: {error}", profile.name));
+                let model = match settings.model() {
+                    Ok(model) => model,
+                    // An area of its own keeps its tile, whatever the kernel needs.
+                    Err(SettingsError::CutOff { .. }) if settings.tile_count.is_some() => continue,
+                    Err(error) => panic!("{} with {}: {error}", profile.name, kernel.name()),
+                };
                 let window = model.tiling.window(&[0, 0]);
                 let fits = shapes.iter().any(|(m, b)| window.supports() == *m && window.band(settings.stencil) <= *b);
                 assert!(fits, "{} with {} needs a shape of its own", profile.name, kernel.name());

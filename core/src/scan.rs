@@ -1,6 +1,6 @@
 //! One revolution (or sweep) of a lidar, borrowed from whoever received it.
 
-use crate::geometry::Pose;
+use crate::geometry::{Pose, PoseCovariance};
 
 /// Most beams a scan may have: the wire format's capacity, and a bound on the work of one scan.
 pub const MAX_BEAMS: usize = 2_048;
@@ -15,6 +15,8 @@ pub struct Scan<'a> {
     pub stamp_ns: u64,
     /// Where the sensor stands in the map.
     pub map_from_sensor: Pose,
+    /// How uncertain that is: widens what the scan's points mean. `None` where poses are taken as exact.
+    pub pose_covariance: Option<PoseCovariance>,
     /// Bearing of the first beam, radians from the sensor's x axis, counter-clockwise.
     pub angle_min_rad: f32,
     /// Bearing from one beam to the next, radians; negative for a sensor that turns clockwise.

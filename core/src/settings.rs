@@ -3,14 +3,14 @@
 use core::fmt;
 
 use crate::{
-    basis::Basis,
-    beam::{AnyBeamRule, BeamLimits},
+    basis::{Basis, MAX_CUT_OFF},
+    beam::{AnyBeamRule, BeamChoice, BeamLimits, BeamParameters},
     geometry::Point,
-    kernel::{Kernel, KernelChoice, KernelParameters},
+    kernel::{Averaging, KernelChoice, KernelParameters, MAX_SAMPLES},
     lattice::Lattice,
     posterior::{BiasPrior, Prior},
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart},
-    support::AnySupport,
+    support::{SupportChoice, SupportParameters, SupportTable, Supports},
     tile::{MapView, TileSource, Tiling, TilingError},
 };
 
@@ -25,8 +25,12 @@ pub struct Settings {
     pub kernel: KernelChoice,
     /// The isotropic `g` of the squared exponential's `G = g·I` in units of spacing², so that it scales with the lattice.
     pub kernel_shape: f32,
-    /// What a support is centred on.
-    pub support: AnySupport,
+    /// What a support is centred on, where no table of learned supports says otherwise.
+    pub support: SupportChoice,
+    /// How large the area of a support is, in spacings; a point has none.
+    pub support_size: f32,
+    /// How the kernel is averaged over that area.
+    pub support_averaging: Averaging,
     /// Supports a side that a point sees.
     pub stencil: usize,
     /// Supports of a tile along each axis.
@@ -44,7 +48,15 @@ pub struct Settings {
     /// How far beams are believed.
     pub limits: BeamLimits,
     /// What a beam says.
-    pub beam: AnyBeamRule,
+    pub beam: BeamChoice,
+    /// Longest piece of a beam for which one free point stands, metres.
+    pub free_spacing_m: f32,
+    /// Longest line segment, in spacings.
+    pub segment_length: f32,
+    /// How features are averaged along a segment.
+    pub segment_averaging: Averaging,
+    /// Length before a hit that is left unlabelled, metres.
+    pub gap_m: f32,
     /// How observations are weighed.
     pub rule: AnyRule,
     /// Passes over each scan.
@@ -55,13 +67,15 @@ pub struct Settings {
 
 /// The functions that follow from [`Settings`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model {
-    /// How points become features.
-    pub basis: Basis<2>,
+pub struct Model<'s> {
+    /// How places become features.
+    pub basis: Basis<'s, 2>,
     /// How the plane is cut into tiles.
     pub tiling: Tiling<2>,
     /// What is believed before any scan.
     pub prior: Prior,
+    /// What a beam says.
+    pub beam: AnyBeamRule,
 }
 
 /// Settings that cannot be used.
@@ -78,9 +92,9 @@ pub enum SettingsError {
     },
     /// The tiling contradicts itself or the capacities.
     Tiling(TilingError),
-    /// The kernel is cut off too early: the map would jump where a support leaves the stencil.
+    /// A feature is cut off too early: the map would jump where a support leaves the stencil.
     CutOff {
-        /// The kernel's value there.
+        /// Its value there.
         cut_off: f32,
         /// The stencil.
         stencil: usize,
@@ -91,9 +105,6 @@ pub enum SettingsError {
         what: &'static str,
     },
 }
-
-/// Largest value of a kernel at the edge of its stencil that is accepted: the paper's own public settings cut at 1.3e-3.
-const MAX_CUT_OFF: f32 = 5e-3;
 
 impl From<TilingError> for SettingsError {
     fn from(error: TilingError) -> Self {
@@ -108,8 +119,8 @@ impl fmt::Display for SettingsError {
             Self::Tiling(error) => error.fmt(f),
             Self::CutOff { cut_off, stencil } => write!(
                 f,
-                "the kernel is still {cut_off} where a stencil of {stencil} ends, more than {MAX_CUT_OFF}: \
-                 widen the stencil or narrow the kernel"
+                "a feature is still {cut_off} where a stencil of {stencil} ends, more than {MAX_CUT_OFF}: \
+                 widen the stencil, or narrow the kernel or the supports"
             ),
             Self::NoMemory { what } => write!(f, "no memory was lent for {what}"),
         }
@@ -119,29 +130,54 @@ impl fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 impl Settings {
-    /// Checks the settings and builds what follows from them.
+    /// Checks the settings and builds what follows from them, every node with the same support.
     ///
     /// # Errors
     /// The first setting that cannot be used.
-    pub fn model(&self) -> Result<Model, SettingsError> {
+    pub fn model(&self) -> Result<Model<'static>, SettingsError> {
+        self.model_with(SupportTable::EMPTY)
+    }
+
+    /// Checks the settings and builds what follows from them, with supports of their own for the table's nodes.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used, or what the table's supports make impossible.
+    pub fn model_with<'s>(&self, table: SupportTable<'s, 2>) -> Result<Model<'s>, SettingsError> {
         self.check_numbers()?;
-        let lattice =
-            Lattice { origin_m: Point::from(self.origin_m), spacing_m: self.spacing_m, stencil: self.stencil };
-        let tiling = Tiling { lattice, width: self.tile_width, stride: self.tile_stride, tiles: self.tile_count };
+        let basis = self.basis(table);
+        let tiling =
+            Tiling { lattice: basis.lattice, width: self.tile_width, stride: self.tile_stride, tiles: self.tile_count };
         tiling.check(tiling.window(&[0, 0]).supports(), usize::MAX)?;
-        let shape_m2 = self.kernel_shape * self.spacing_m * self.spacing_m;
-        let kernel = self.kernel.build::<2>(&KernelParameters { spacing_m: self.spacing_m, shape_m2 });
-        let cut_off = kernel.cut_off(self.stencil, self.spacing_m);
+        let cut_off = basis.cut_off();
         if cut_off.is_nan() || cut_off > MAX_CUT_OFF {
             return Err(SettingsError::CutOff { cut_off, stencil: self.stencil });
         }
-        let basis = Basis::new(lattice, kernel, self.support, self.bias);
         let bias = basis.bias_coupling.map(|coupling| BiasPrior { precision: self.bias_precision, coupling });
-        Ok(Model { basis, tiling, prior: Prior { precision: self.prior_precision, bias } })
+        let beam = self.beam.build(&BeamParameters {
+            spacing_m: self.spacing_m,
+            free_spacing_m: self.free_spacing_m,
+            segment_length: self.segment_length,
+            gap_m: self.gap_m,
+        });
+        Ok(Model { basis, tiling, prior: Prior { precision: self.prior_precision, bias }, beam })
+    }
+
+    /// How places become features, whether or not that makes sense.
+    pub(crate) fn basis<'s>(&self, table: SupportTable<'s, 2>) -> Basis<'s, 2> {
+        let spacing_m = self.spacing_m;
+        let kernel = self
+            .kernel
+            .build::<2>(&KernelParameters { spacing_m, shape_m2: self.kernel_shape * spacing_m * spacing_m });
+        let everywhere = self.support.build(&SupportParameters {
+            spacing_m,
+            size: self.support_size,
+            averaging: self.support_averaging,
+        });
+        let lattice = Lattice { origin_m: Point::from(self.origin_m), spacing_m, stencil: self.stencil };
+        Basis::new(lattice, kernel, Supports { everywhere, table }, self.segment_averaging, self.bias)
     }
 
     fn check_numbers(&self) -> Result<(), SettingsError> {
-        let AnyBeamRule::PointSamples(samples) = self.beam;
         let positive = "a positive number";
         let not_negative = "zero or a positive number";
         let xi = match self.rule {
@@ -157,8 +193,22 @@ impl Settings {
             ("bias precision", self.bias_precision, "1e-6 to 1e6", PRECISIONS.contains(&self.bias_precision)),
             ("maximum range", self.limits.range_max_m, positive, self.limits.range_max_m > 0.0),
             ("no-return range", self.limits.no_return_free_m, not_negative, self.limits.no_return_free_m >= 0.0),
-            ("free spacing", samples.free_spacing_m, positive, positive_finite(samples.free_spacing_m)),
-            ("gap before a hit", samples.gap_m, not_negative, samples.gap_m >= 0.0 && samples.gap_m.is_finite()),
+            (
+                "support size",
+                self.support_size,
+                "above 0, at most 100",
+                self.support_size > 0.0 && self.support_size <= 100.0,
+            ),
+            ("samples of a support", samples(self.support_averaging), "1 to 64", countable(self.support_averaging)),
+            ("free spacing", self.free_spacing_m, positive, positive_finite(self.free_spacing_m)),
+            (
+                "segment length",
+                self.segment_length,
+                "above 0, at most 1000",
+                self.segment_length > 0.0 && self.segment_length <= 1e3,
+            ),
+            ("samples of a segment", samples(self.segment_averaging), "1 to 64", countable(self.segment_averaging)),
+            ("gap before a hit", self.gap_m, not_negative, self.gap_m >= 0.0 && self.gap_m.is_finite()),
             ("first local parameter xi", xi, "above 0, at most 1000", xi > 0.0 && xi <= 1_000.0),
             ("passes", self.passes as f32, "1 to 100", (1..=100).contains(&self.passes)),
             ("forgetting", self.forgetting, "above 0, at most 1", self.forgetting > 0.0 && self.forgetting <= 1.0),
@@ -178,7 +228,21 @@ fn positive_finite(value: f32) -> bool {
     value > 0.0 && value.is_finite()
 }
 
-impl Model {
+fn samples(averaging: Averaging) -> f32 {
+    match averaging {
+        Averaging::Exact => 1.0,
+        Averaging::Samples(count) => count as f32,
+    }
+}
+
+fn countable(averaging: Averaging) -> bool {
+    match averaging {
+        Averaging::Exact => true,
+        Averaging::Samples(count) => (1..=MAX_SAMPLES).contains(&count),
+    }
+}
+
+impl Model<'_> {
     /// The map that these tiles are under this model.
     #[must_use]
     pub fn view<T: TileSource<M, B>, const M: usize, const B: usize>(&self, tiles: T) -> MapView<'_, T, M, B> {

@@ -38,6 +38,8 @@ counters! {
     rejected_too_many_beams,
     /// Scans refused: the pose is not finite.
     rejected_pose_not_finite,
+    /// Scans refused: the covariance of their pose is none.
+    rejected_pose_covariance,
     /// Scans refused: the pose is further away than single precision resolves.
     rejected_pose_too_far,
     /// Scans refused: heading or bearings unusable.
@@ -70,6 +72,8 @@ counters! {
     points_outside,
     /// Observations that at least one tile missed, for lack of room.
     points_over_capacity,
+    /// Observations learned as less uncertain than their pose: the stencil has no room for all of it.
+    points_narrowed,
     /// Rows learned.
     rows,
     /// Rows dropped for lack of room.
@@ -110,6 +114,7 @@ impl Counters {
     pub fn rejected(&self) -> u64 {
         self.rejected_too_many_beams
             + self.rejected_pose_not_finite
+            + self.rejected_pose_covariance
             + self.rejected_pose_too_far
             + self.rejected_angles
             + self.rejected_range_limits
@@ -132,6 +137,7 @@ impl Counters {
             (&mut self.points_unplaceable, points.unplaceable),
             (&mut self.points_outside, points.outside),
             (&mut self.points_over_capacity, points.over_capacity),
+            (&mut self.points_narrowed, points.narrowed),
             (&mut self.rows, report.rows),
             (&mut self.rows_over_capacity, report.rows_over_capacity),
             (&mut self.rows_refused, report.rows_refused),
@@ -153,6 +159,7 @@ impl Counters {
         *match reason {
             ScanRejected::TooManyBeams { .. } => &mut self.rejected_too_many_beams,
             ScanRejected::PoseNotFinite => &mut self.rejected_pose_not_finite,
+            ScanRejected::PoseCovariance => &mut self.rejected_pose_covariance,
             ScanRejected::PoseTooFar { .. } => &mut self.rejected_pose_too_far,
             ScanRejected::Angles { .. } => &mut self.rejected_angles,
             ScanRejected::RangeLimits { .. } => &mut self.rejected_range_limits,

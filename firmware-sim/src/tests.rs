@@ -70,6 +70,7 @@ fn scan(sequence: u64) -> Scan<'static> {
     Scan {
         stamp_ns: sequence,
         map_from_sensor: Pose::new(if sequence == 13 { f32::NAN } else { sequence as f32 * 0.01 }, 0.0, 0.0),
+        pose_covariance: None,
         angle_min_rad: 0.0,
         angle_increment_rad: 0.1,
         range_min_m: 0.1,
@@ -81,10 +82,11 @@ fn scan(sequence: u64) -> Scan<'static> {
 /// A small map in lent memory, without an archive: what a microcontroller has.
 mod lent {
     use bhm_core::{
-        beam::LabelledPoint,
+        beam::LabelledPlace,
         mapper::{Mapper, Memory},
         posterior::{Entry, RowState, Scratch},
         profile,
+        support::SupportTable,
         tile::{DirectoryEntry, NoArchive, Tile},
     };
     use std::boxed::Box;
@@ -106,11 +108,12 @@ mod lent {
             tiles: Box::leak(tiles),
             directory: vec![DirectoryEntry::default(); slots].leak(),
             scratch: Box::leak(scratch),
-            points: vec![LabelledPoint::default(); 256].leak(),
+            places: vec![LabelledPlace::default(); 256].leak(),
             firsts: vec![None; 256].leak(),
             touched: vec![[0; 2]; 16].leak(),
             entries: vec![Entry::default(); 256 * 16].leak(),
             states: vec![RowState::default(); 256].leak(),
+            supports: SupportTable::EMPTY,
         };
         LentMap::new(Mapper::new(profile::COMPACT.settings, memory).expect("a good profile"), NoArchive)
     }

@@ -85,6 +85,7 @@ fn memory_does_not_grow_once_the_loop_runs() {
             let scan = Scan {
                 stamp_ns: number,
                 map_from_sensor: Pose::new((number % 40) as f32 * 0.05, 0.0, 0.0),
+                pose_covariance: None,
                 angle_min_rad: 0.0,
                 angle_increment_rad: 0.07,
                 range_min_m: 0.1,

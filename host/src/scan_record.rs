@@ -1,4 +1,4 @@
-use bhm_core::geometry::Pose;
+use bhm_core::geometry::{Pose, PoseCovariance};
 use bhm_core::scan::Scan;
 
 /// A lidar scan that owns its ranges: what a log holds and a queue carries.
@@ -8,6 +8,8 @@ pub struct ScanRecord {
     pub stamp_ns: u64,
     /// Where the sensor stood in the map.
     pub map_from_sensor: Pose,
+    /// How uncertain that is; `None` where poses are taken as exact.
+    pub pose_covariance: Option<PoseCovariance>,
     /// Bearing of the first beam, radians from the sensor's x axis, counter-clockwise.
     pub angle_min_rad: f32,
     /// Bearing from one beam to the next, radians; negative for a sensor that turns clockwise.
@@ -27,6 +29,7 @@ impl ScanRecord {
         Scan {
             stamp_ns: self.stamp_ns,
             map_from_sensor: self.map_from_sensor,
+            pose_covariance: self.pose_covariance,
             angle_min_rad: self.angle_min_rad,
             angle_increment_rad: self.angle_increment_rad,
             range_min_m: self.range_min_m,

@@ -3,7 +3,7 @@
 mod common;
 
 use bhm_core::{
-    beam::LabelledPoint,
+    beam::LabelledPlace,
     profile::COMPACT,
     reference::{Features, Kernel, Rule, XiStart},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
@@ -113,8 +113,8 @@ fn on_random_rows() {
 fn on_recorded_rows() {
     let Some(scans) = intel_scans() else { return };
     let features = lattice(12);
-    let inside = |point: &LabelledPoint| {
-        let at = [f64::from(point.point_m.x), f64::from(point.point_m.y)];
+    let inside = |point: &LabelledPlace| {
+        let at = [f64::from(point.place.middle_m().x), f64::from(point.place.middle_m().y)];
         features.hold_whole(4, &at).then(|| row(&features, &at, point.occupied))
     };
     let scans: Vec<Vec<SparseRow>> = scans

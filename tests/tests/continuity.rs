@@ -30,7 +30,8 @@ fn learned(profile: &Profile) -> Option<Learned> {
     for scan in scans.iter().step_by(8) {
         let report = map.integrate(&scan.as_scan()).unwrap();
         assert_eq!(report.tiles_failed + report.tiles_evicted, 0);
-        observed.extend(points_of(scan, &profile.settings).iter().map(|point| <[f32; 2]>::from(point.point_m)));
+        observed
+            .extend(points_of(scan, &profile.settings).iter().map(|point| <[f32; 2]>::from(point.place.middle_m())));
     }
     let mut oracle = TileBlend::of(&profile.settings, None);
     let mut indices = Vec::new();

@@ -3,7 +3,7 @@
 mod common;
 
 use bhm_core::{
-    beam::LabelledPoint,
+    beam::LabelledPlace,
     geometry::Point,
     kernel::KernelChoice,
     profile::{COMPACT, Capacities, Profile},
@@ -79,8 +79,8 @@ fn blended(settings: &Settings, map: &DenseMap<2>) -> TileBlend {
     blend
 }
 
-fn place(point: &LabelledPoint) -> [f64; 2] {
-    [f64::from(point.point_m.x), f64::from(point.point_m.y)]
+fn place(point: &LabelledPlace) -> [f64; 2] {
+    [f64::from(point.place.middle_m().x), f64::from(point.place.middle_m().y)]
 }
 
 /// Differences of probability at observed points and at places drawn over the whole region, observed or not.
@@ -88,7 +88,7 @@ fn differences<const M: usize, const B: usize>(
     core: &OwnedMapper<M, B>,
     oracle: impl Fn(&[f64; 2]) -> f64,
     settings: &Settings,
-    observed: &[LabelledPoint],
+    observed: &[LabelledPlace],
 ) -> (Differences, Differences) {
     let (mut at_observed, mut anywhere) = (Differences::default(), Differences::default());
     let ask = |point: [f32; 2]| {
@@ -96,7 +96,7 @@ fn differences<const M: usize, const B: usize>(
         f64::from(probability) - oracle(&point.map(f64::from))
     };
     for point in observed {
-        at_observed.add(ask(point.point_m.into()));
+        at_observed.add(ask(point.place.middle_m().into()));
     }
     let mut stream = Stream::new(7);
     let (low, high) =
@@ -110,9 +110,9 @@ fn differences<const M: usize, const B: usize>(
 }
 
 /// The scans that say most about the tile, in the order of the log.
-fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<LabelledPoint>> {
+fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<LabelledPlace>> {
     let features = dense_map(settings, settings.stencil).features;
-    let mut kept: Vec<(usize, usize, Vec<LabelledPoint>)> = scans
+    let mut kept: Vec<(usize, usize, Vec<LabelledPlace>)> = scans
         .iter()
         .enumerate()
         .map(|(number, scan)| {
@@ -129,8 +129,8 @@ fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<L
     kept.into_iter().map(|(.., points)| points).collect()
 }
 
-fn learn<const M: usize, const B: usize>(core: &mut OwnedMapper<M, B>, points: &[LabelledPoint]) {
-    let places: Vec<_> = points.iter().map(|point| point.point_m).collect();
+fn learn<const M: usize, const B: usize>(core: &mut OwnedMapper<M, B>, points: &[LabelledPlace]) {
+    let places: Vec<_> = points.iter().map(|point| point.place.middle_m()).collect();
     let labels: Vec<_> = points.iter().map(|point| point.occupied).collect();
     let report = core.integrate_points(&places, &labels).expect("usable points");
     assert_eq!((report.tiles_failed, report.rows_refused, report.rows_over_capacity), (0, 0, 0));
@@ -138,7 +138,7 @@ fn learn<const M: usize, const B: usize>(core: &mut OwnedMapper<M, B>, points: &
 
 struct Run<'a> {
     what: &'a str,
-    scans: &'a [Vec<LabelledPoint>],
+    scans: &'a [Vec<LabelledPlace>],
     repeats: usize,
     /// Supports a side that the oracle's points see.
     oracle_stencil: usize,

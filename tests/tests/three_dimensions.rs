@@ -5,12 +5,12 @@ mod common;
 use bhm_core::{
     basis::Basis,
     geometry::Point,
-    kernel::{KernelChoice, KernelParameters},
+    kernel::{Averaging, KernelChoice, KernelParameters},
     lattice::{Lattice, Window, offsets},
     posterior::Entry,
     reference::{DenseMap, Features, Kernel, Prediction, Rule, XiStart},
     rule::AnyRule,
-    support::{AnySupport, PointSupport},
+    support::{AnySupport, SupportTable, Supports},
 };
 use common::{Differences, Learner, SAFEGUARD, SparseRow, Stream};
 
@@ -46,7 +46,8 @@ fn compare(kernel: KernelChoice, exact: Kernel, rule: &AnyRule, exact_rule: &Rul
     assert_eq!((window.supports(), window.band(STENCIL)), (M, B));
     let lattice = Lattice::<3> { origin_m: Point::from(ORIGIN_M), spacing_m: SPACING_M, stencil: STENCIL };
     let parameters = KernelParameters { spacing_m: SPACING_M, shape_m2: 0.6 * SPACING_M * SPACING_M };
-    let basis = Basis::new(lattice, kernel.build(&parameters), AnySupport::PointSupport(PointSupport), false);
+    let supports = Supports { everywhere: AnySupport::default(), table: SupportTable::EMPTY };
+    let basis = Basis::new(lattice, kernel.build(&parameters), supports, Averaging::Exact, false);
     let features = Features::<3> {
         origin_m: ORIGIN_M.map(f64::from),
         spacing_m: f64::from(SPACING_M),

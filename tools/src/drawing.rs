@@ -90,7 +90,7 @@ impl<F: Fn(&Point<2>) -> Occupancy> Drawing<'_, F> {
 
 /// What was observed in these tiles with a margin around it, in whole metres; `None` if nothing was.
 pub(crate) fn worth_drawing(
-    model: &Model,
+    model: &Model<'_>,
     tiles: &[TileIndex<2>],
     occupancy: impl Fn(&Point<2>) -> Occupancy,
 ) -> Option<Bounds> {

@@ -15,7 +15,7 @@ pub(crate) const KNOWN_DEVIATION: f32 = 8.0;
 /// Judges what a map made with certain settings says.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knowledge<'a> {
-    model: &'a Model,
+    model: &'a Model<'a>,
 }
 
 impl<'a> Knowledge<'a> {

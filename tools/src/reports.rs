@@ -84,6 +84,7 @@ pub(crate) struct Learned {
     pub(crate) points_unplaceable: u64,
     pub(crate) points_outside: u64,
     pub(crate) points_over_capacity: u64,
+    pub(crate) points_narrowed: u64,
     pub(crate) rows_over_capacity: u64,
     pub(crate) tiles_evicted: u64,
     pub(crate) tiles_restored: u64,
@@ -123,6 +124,7 @@ impl Learned {
             (&mut self.points_unplaceable, points.unplaceable),
             (&mut self.points_outside, points.outside),
             (&mut self.points_over_capacity, points.over_capacity),
+            (&mut self.points_narrowed, points.narrowed),
             (&mut self.rows_over_capacity, report.rows_over_capacity + report.rows_refused),
             (&mut self.tiles_evicted, report.tiles_evicted),
             (&mut self.tiles_restored, report.tiles_restored),
@@ -156,6 +158,10 @@ impl Learned {
                     "observations dropped: their scans touch over {} tiles (see --range-limit)",
                     capacities.touched
                 ),
+            ),
+            (
+                self.points_narrowed,
+                "observations learned as less uncertain than their pose: the stencil has no room for more".to_owned(),
             ),
             (self.rows_over_capacity, format!("observations dropped: over {} in one tile", capacities.rows)),
             (self.tiles_lost, "tiles lost".to_owned()),

@@ -2,13 +2,14 @@
 #![no_std]
 
 use bhm_core::{
-    beam::LabelledPoint,
+    beam::LabelledPlace,
     geometry::{Point, Pose},
     lattice::Node,
     mapper::{Mapper, Memory},
     posterior::{Entry, RowState, Scratch},
     profile::COMPACT,
     scan::Scan,
+    support::SupportTable,
     tile::{DirectoryEntry, NoArchive, Tile, TileIndex},
 };
 
@@ -27,7 +28,7 @@ pub struct Proof {
     tiles: [Tile<M, B>; 4],
     directory: [DirectoryEntry; 4],
     scratch: Scratch<M, B>,
-    points: [LabelledPoint; ROWS],
+    places: [LabelledPlace; ROWS],
     firsts: [Option<Node<2>>; ROWS],
     touched: [TileIndex<2>; 16],
     entries: [Entry; ROWS * 16],
@@ -37,12 +38,13 @@ pub struct Proof {
 /// Integrates one scan and answers one query; the answer keeps the optimiser from removing either.
 #[unsafe(no_mangle)]
 pub extern "C" fn bhm_no_std_proof(proof: &mut Proof, ranges: &[f32; 181], x_m: f32, y_m: f32) -> f32 {
-    let Proof { tiles, directory, scratch, points, firsts, touched, entries, states } = proof;
-    let memory = Memory { tiles, directory, scratch, points, firsts, touched, entries, states };
+    let Proof { tiles, directory, scratch, places, firsts, touched, entries, states } = proof;
+    let memory = Memory { tiles, directory, scratch, places, firsts, touched, entries, states, supports: SupportTable::EMPTY };
     let Ok(mut mapper) = Mapper::new(COMPACT.settings, memory) else { return -1.0 };
     let scan = Scan {
         stamp_ns: 1,
         map_from_sensor: Pose::new(0.0, 0.0, 0.0),
+        pose_covariance: None,
         angle_min_rad: -1.57,
         angle_increment_rad: 0.017_45,
         range_min_m: 0.0,

@@ -1,4 +1,5 @@
-use super::{Beam, BeamEnd, BeamRule, LabelledPoint};
+use super::{Beam, BeamEnd, BeamParameters, BeamRule, LabelledPlace, MAX_PIECES};
+use crate::geometry::Place;
 
 /// Points of free space at a stated density along the beam, then the hit.
 ///
@@ -13,36 +14,35 @@ pub struct PointSamples {
     pub gap_m: f32,
 }
 
-/// Most strata of one beam, whatever its range and the spacing.
-const MAX_STRATA: usize = 4_096;
-
 /// The fractional part of the golden ratio.
 const GOLDEN: f32 = 0.618_034;
 
 impl BeamRule for PointSamples {
+    fn from_parameters(parameters: &BeamParameters) -> Self {
+        Self { free_spacing_m: parameters.free_spacing_m, gap_m: parameters.gap_m }
+    }
+
     #[inline]
-    fn observe(&self, beam: &Beam, emit: &mut dyn FnMut(LabelledPoint) -> bool) {
+    fn observe(&self, beam: &Beam, emit: &mut dyn FnMut(LabelledPlace) -> bool) {
         let (free_m, hit_m) = match beam.end {
             BeamEnd::Hit(range_m) => (range_m - self.gap_m, Some(range_m)),
             BeamEnd::Free(range_m) => (range_m, None),
         };
         if free_m > 0.0 {
-            let quotient = free_m / self.free_spacing_m;
-            // Clamped before the conversion: a beam limit may be infinite.
-            let quotient = quotient.min(MAX_STRATA as f32);
-            let strata = (quotient as usize + usize::from(quotient as usize as f32 != quotient)).max(1);
+            let strata = super::pieces(free_m, self.free_spacing_m, MAX_PIECES);
             let phase = (beam.number as f32 + 0.5) * GOLDEN;
             let phase = phase - phase as i32 as f32;
             for stratum in 0..strata {
                 let along_m = free_m * (stratum as f32 + phase) / strata as f32;
                 let point_m = beam.origin_m + beam.direction * along_m;
-                if !emit(LabelledPoint { point_m, occupied: false }) {
+                if !emit(LabelledPlace { place: Place::Point(point_m), occupied: false }) {
                     return;
                 }
             }
         }
         if let Some(hit_m) = hit_m {
-            emit(LabelledPoint { point_m: beam.origin_m + beam.direction * hit_m, occupied: true });
+            let point_m = beam.origin_m + beam.direction * hit_m;
+            emit(LabelledPlace { place: Place::Point(point_m), occupied: true });
         }
     }
 }
@@ -53,7 +53,7 @@ mod tests {
     use crate::geometry::Point;
     use std::vec::Vec;
 
-    fn points(rule: PointSamples, number: usize, end: BeamEnd) -> Vec<LabelledPoint> {
+    fn points(rule: PointSamples, number: usize, end: BeamEnd) -> Vec<LabelledPlace> {
         let beam = Beam { number, origin_m: Point::<2>::new(1.0, 2.0), direction: Point::<2>::new(0.6, 0.8), end };
         let mut points = Vec::new();
         rule.observe(&beam, &mut |point| {
@@ -70,7 +70,9 @@ mod tests {
             for range in [0.05_f32, 0.1, 0.3, 0.6, 4.1, 29.9] {
                 let points = points(rule, number, BeamEnd::Hit(range));
                 let (hit, free) = points.split_last().unwrap();
-                let along = |p: &LabelledPoint| (p.point_m - Point::<2>::new(1.0, 2.0)).dot(&Point::<2>::new(0.6, 0.8));
+                let along = |p: &LabelledPlace| {
+                    (p.place.middle_m() - Point::<2>::new(1.0, 2.0)).dot(&Point::<2>::new(0.6, 0.8))
+                };
                 assert!(hit.occupied && (along(hit) - range).abs() < 1e-5);
                 assert_eq!(free.len(), ((range - 0.1).max(0.0) / 0.5).ceil() as usize);
                 for (i, point) in free.iter().enumerate() {

@@ -1,21 +1,39 @@
-use super::{Kernel, KernelParameters};
-use crate::geometry::Point;
+use nalgebra::SMatrix;
+
+use super::{
+    Kernel, KernelParameters,
+    quadrature::{HERMITE_7, LEGENDRE_2, LEGENDRE_5, mean},
+};
+use crate::{geometry::Point, lattice::offsets};
 
 /// Cubic B-spline: `k(d) = Πᵢ β(dᵢ/h) / β(0)`, β the cardinal cubic B-spline.
 ///
 /// Zero for `|dᵢ| ≥ 2h`, so a stencil four supports wide truncates nothing; twice continuously differentiable; over a
 /// whole lattice it sums to the constant `β(0)⁻ᴰ`. Scaled to 1 at its peak, so that a prior precision means the same for
 /// every kernel. No exponential is evaluated.
+///
+/// Over a segment or a box it is a polynomial between the knots, which Gauss–Legendre nodes integrate exactly: five nodes
+/// along each piece of a segment (in up to three dimensions), two along each piece of a box's side. Blurred, it never ends
+/// and has no closed form worth its price: seven Gauss–Hermite nodes along each principal direction, absolute error below
+/// 4e-4 for standard deviations up to 0.3 spacings and below 4e-3 up to 0.75.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubicBSpline<const D: usize> {
     per_spacing: f32,
+    blur: Option<Blur<D>>,
+}
+
+/// `N(0, C)`, m², and the lower triangular root of `C`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Blur<const D: usize> {
+    covariance: SMatrix<f32, D, D>,
+    root: SMatrix<f32, D, D>,
 }
 
 impl<const D: usize> CubicBSpline<D> {
     /// The spline of a lattice whose supports are `spacing_m` metres apart.
     #[must_use]
     pub fn new(spacing_m: f32) -> Self {
-        Self { per_spacing: 1.0 / spacing_m }
+        Self { per_spacing: 1.0 / spacing_m, blur: None }
     }
 
     pub(super) fn from_parameters(parameters: &KernelParameters) -> Self {
@@ -51,14 +69,35 @@ fn beta_slope(t: f32) -> f32 {
     }
 }
 
-impl<const D: usize> Kernel<D> for CubicBSpline<D> {
+/// Where β is not one polynomial, in spacings.
+const KNOTS: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
+
+/// The average of β/β(0) over `[low, high]`, in spacings: exact, and without the cancellation of an antiderivative.
+#[inline]
+fn beta_average(low: f32, high: f32) -> f32 {
+    let width = high - low;
+    if width <= 0.0 {
+        return beta(low);
+    }
+    let mut sum = 0.0;
+    for knots in KNOTS.windows(2) {
+        let (from, to) = (knots[0].max(low), knots[1].min(high));
+        if to > from {
+            // Degree three: two nodes.
+            sum += (to - from) * mean(LEGENDRE_2, |x| beta(0.5 * (from + to) + (to - from) * x));
+        }
+    }
+    sum / width
+}
+
+impl<const D: usize> CubicBSpline<D> {
     #[inline]
-    fn value(&self, displacement_m: &Point<D>) -> f32 {
+    fn plain_value(&self, displacement_m: &Point<D>) -> f32 {
         displacement_m.iter().map(|d| beta(d * self.per_spacing)).product()
     }
 
     #[inline]
-    fn gradient(&self, displacement_m: &Point<D>) -> Point<D> {
+    fn plain_gradient(&self, displacement_m: &Point<D>) -> Point<D> {
         Point::from_fn(|axis, _| {
             let mut partial = self.per_spacing;
             for (i, d) in displacement_m.iter().enumerate() {
@@ -69,10 +108,111 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
         })
     }
 
-    fn cut_off(&self, stencil: usize, spacing_m: f32) -> f32 {
-        // The nearest point a stencil of S supports does not show to a support is S/2 spacings from it along one axis.
-        beta(0.5 * stencil as f32 * spacing_m * self.per_spacing)
+    /// Piece by piece between the lattice lines through the support's neighbours, where the product of splines is one
+    /// polynomial of degree `3D`.
+    fn plain_over_segment(&self, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
+        let (mut from, mut sum) = (-0.5_f32, 0.0);
+        while from < 0.5 {
+            let mut to = 0.5_f32;
+            for axis in 0..D {
+                for knot in KNOTS {
+                    let crossing = (knot / self.per_spacing - middle_m[axis]) / along_m[axis];
+                    // Not a number, or infinite, where the segment does not move along this axis.
+                    if crossing > from && crossing < to {
+                        to = crossing;
+                    }
+                }
+            }
+            let (middle, part) = (0.5 * (from + to), to - from);
+            sum += part * mean(LEGENDRE_5, |x| self.plain_value(&(middle_m + along_m * (middle + part * x))));
+            from = to;
+        }
+        sum
     }
+
+    fn plain_over_box(&self, displacement_m: &Point<D>, sides_m: &Point<D>) -> f32 {
+        displacement_m
+            .iter()
+            .zip(sides_m.iter())
+            .map(|(d, side)| beta_average((d - 0.5 * side) * self.per_spacing, (d + 0.5 * side) * self.per_spacing))
+            .product()
+    }
+
+    /// `Σ w f(d + L z)` over the nodes of the blur, or `f(d)` without one.
+    #[inline]
+    fn blur<T>(&self, displacement_m: &Point<D>, f: impl Fn(&Point<D>) -> T) -> T
+    where
+        T: core::ops::Mul<f32, Output = T> + core::ops::AddAssign,
+    {
+        let Some(blur) = &self.blur else { return f(displacement_m) };
+        let mut sum = f(displacement_m) * 0.0;
+        for node in offsets([HERMITE_7.len(); D]) {
+            let z = Point::from_fn(|axis, _| HERMITE_7[node[axis]].0);
+            let weight: f32 = node.iter().map(|n| HERMITE_7[*n].1).product();
+            sum += f(&(displacement_m + blur.root * z)) * weight;
+        }
+        sum
+    }
+}
+
+impl<const D: usize> Kernel<D> for CubicBSpline<D> {
+    #[inline]
+    fn value(&self, displacement_m: &Point<D>) -> f32 {
+        self.blur(displacement_m, |d| self.plain_value(d))
+    }
+
+    #[inline]
+    fn gradient(&self, displacement_m: &Point<D>) -> Point<D> {
+        self.blur(displacement_m, |d| self.plain_gradient(d))
+    }
+
+    fn blurred(&self, covariance_m2: &SMatrix<f32, D, D>) -> Self {
+        let covariance = self.blur.map_or(*covariance_m2, |blur| blur.covariance + covariance_m2);
+        Self { blur: Some(Blur { covariance, root: root(&covariance) }), ..*self }
+    }
+
+    #[inline]
+    fn over_segment(&self, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
+        self.blur(middle_m, |d| self.plain_over_segment(d, along_m))
+    }
+
+    #[inline]
+    fn over_box(&self, displacement_m: &Point<D>, sides_m: &Point<D>) -> f32 {
+        self.blur(displacement_m, |d| self.plain_over_box(d, sides_m))
+    }
+
+    fn cut_off(&self, reach_m: f32) -> f32 {
+        // Along the other axes the spline is at most 1, blurred or not.
+        let plane = |axis: usize| {
+            let deviation = self.blur.map_or(0.0, |blur| libm::sqrtf(blur.covariance[(axis, axis)]));
+            mean(HERMITE_7, |z| beta((reach_m + deviation * z) * self.per_spacing))
+        };
+        (0..D).map(plane).fold(0.0, |a: f32, b| if b > a || b.is_nan() { b } else { a })
+    }
+}
+
+/// The lower triangular root of a positive semidefinite matrix (Cholesky); a direction without spread is a column of zeros.
+fn root<const D: usize>(covariance: &SMatrix<f32, D, D>) -> SMatrix<f32, D, D> {
+    let mut root = SMatrix::<f32, D, D>::zeros();
+    for column in 0..D {
+        let mut rest = covariance[(column, column)];
+        for k in 0..column {
+            rest -= root[(column, k)] * root[(column, k)];
+        }
+        // A rest of rounding size is none; NaN stays, and makes NaN features, which the posterior refuses.
+        if rest <= f32::EPSILON * covariance[(column, column)] {
+            continue;
+        }
+        root[(column, column)] = libm::sqrtf(rest);
+        for row in column + 1..D {
+            let mut entry = covariance[(row, column)];
+            for k in 0..column {
+                entry -= root[(row, k)] * root[(column, k)];
+            }
+            root[(row, column)] = entry / root[(column, column)];
+        }
+    }
+    root
 }
 
 #[cfg(test)]
@@ -123,12 +263,15 @@ mod tests {
 
     #[test]
     fn gradient_agrees_with_differences() {
-        crate::kernel::test_support::gradient_agrees_with_differences(&CubicBSpline::<2>::new(0.5));
+        let spline = CubicBSpline::<2>::new(0.5);
+        crate::kernel::test_support::gradient_agrees_with_differences(&spline);
+        let blur = SMatrix::from([[0.02, 0.01], [0.01, 0.03]]);
+        crate::kernel::test_support::gradient_agrees_with_differences(&spline.blurred(&blur));
     }
 
     #[test]
     fn nothing_is_cut_off_at_four() {
-        assert_eq!(CubicBSpline::<2>::new(0.5).cut_off(4, 0.5), 0.0);
-        assert!(CubicBSpline::<2>::new(0.5).cut_off(2, 0.5) > 0.2);
+        assert_eq!(CubicBSpline::<2>::new(0.5).cut_off(1.0), 0.0);
+        assert!(CubicBSpline::<2>::new(0.5).cut_off(0.5) > 0.2);
     }
 }

@@ -1,27 +1,66 @@
 //! How far a support's say reaches: the correlation between a point and a support's centre.
 //!
-//! A kernel sees a displacement in metres and nothing else; it knows no lattice. To add one: write its file, name it in
-//! the list at [`kernels!`](self) below.
+//! A kernel sees a displacement in metres and nothing else; it knows no lattice. Everything that a support or an
+//! observation may cover asks a kernel for three averages, which compose freely: over a Gaussian ([`Kernel::blurred`]), a
+//! line segment ([`Kernel::over_segment`]) and a box ([`Kernel::over_box`]). Each kernel answers in closed form where there
+//! is one and else by quadrature, with the error its documentation states.
+//!
+//! To add one: write its file, name it in the list at [`kernels!`](self) below.
 
+mod bell;
 mod cubic_b_spline;
+pub(crate) mod quadrature;
 mod squared_exponential;
+mod two_scales;
 
 pub use cubic_b_spline::CubicBSpline;
+pub use quadrature::{Averaging, MAX_SAMPLES};
 pub use squared_exponential::SquaredExponential;
+pub use two_scales::TwoScales;
+
+use nalgebra::SMatrix;
 
 use crate::geometry::Point;
 
-/// A kernel `k(d)` with `k(0) = 1`, of the displacement `d = x − x̃` from a support's centre to a point.
-pub trait Kernel<const D: usize> {
+/// A kernel `k(d)` of the displacement `d = x − x̃` from a support's centre to a point, with `k(0) = 1` until it is blurred.
+pub trait Kernel<const D: usize>: Copy {
     /// `k(d)`.
     fn value(&self, displacement_m: &Point<D>) -> f32;
 
     /// `∂k/∂d`, per metre.
     fn gradient(&self, displacement_m: &Point<D>) -> Point<D>;
 
-    /// The largest value the kernel takes where a stencil of `stencil` supports a side, `spacing_m` apart, no longer
-    /// sees it: what is cut off. Zero for a kernel that ends inside its stencil.
-    fn cut_off(&self, stencil: usize, spacing_m: f32) -> f32;
+    /// The kernel convolved with `N(0, C)`, `C` in m², positive semidefinite: `E[k(d + e)]`, `e ~ N(0, C)`.
+    ///
+    /// What a Gaussian support and an uncertain point have in common (eq. 13, corrected).
+    #[must_use]
+    fn blurred(&self, covariance_m2: &SMatrix<f32, D, D>) -> Self;
+
+    /// The average over a line segment (eq. 11): `∫₀¹ k(d + (ζ − ½)v) dζ`, `d` the displacement of its middle and `v` the
+    /// segment itself, metres. A segment of no length is a point.
+    fn over_segment(&self, middle_m: &Point<D>, along_m: &Point<D>) -> f32;
+
+    /// The average over a box (eq. 14), `d` the displacement from its centre and its sides along the axes, metres; a side
+    /// of 0 is a point along that axis.
+    fn over_box(&self, displacement_m: &Point<D>, sides_m: &Point<D>) -> f32;
+
+    /// `∂/∂d` of [`over_box`](Self::over_box), per metre: the difference of the averages over opposite faces.
+    ///
+    /// Sides must be positive; in `f32` a side loses digits as it gets shorter than a hundredth of the kernel's width.
+    fn over_box_gradient(&self, displacement_m: &Point<D>, sides_m: &Point<D>) -> Point<D> {
+        Point::from_fn(|axis, _| {
+            let mut face = *sides_m;
+            face[axis] = 0.0;
+            let mut step = Point::zeros();
+            step[axis] = 0.5 * sides_m[axis];
+            let (ahead, behind) = (displacement_m + step, displacement_m - step);
+            (self.over_box(&ahead, &face) - self.over_box(&behind, &face)) / sides_m[axis]
+        })
+    }
+
+    /// The largest value the kernel takes at a distance of `reach_m` along one axis, whatever the others are: what is cut
+    /// off by a stencil that ends there. Zero for a kernel that ends inside its stencil.
+    fn cut_off(&self, reach_m: f32) -> f32;
 }
 
 /// What a kernel is made from.
@@ -75,8 +114,23 @@ macro_rules! kernels {
                 match self { $(Self::$kernel(kernel) => kernel.gradient(displacement_m)),* }
             }
 
-            fn cut_off(&self, stencil: usize, spacing_m: f32) -> f32 {
-                match self { $(Self::$kernel(kernel) => kernel.cut_off(stencil, spacing_m)),* }
+            #[inline]
+            fn blurred(&self, covariance_m2: &SMatrix<f32, D, D>) -> Self {
+                match self { $(Self::$kernel(kernel) => Self::$kernel(kernel.blurred(covariance_m2))),* }
+            }
+
+            #[inline]
+            fn over_segment(&self, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
+                match self { $(Self::$kernel(kernel) => kernel.over_segment(middle_m, along_m)),* }
+            }
+
+            #[inline]
+            fn over_box(&self, displacement_m: &Point<D>, sides_m: &Point<D>) -> f32 {
+                match self { $(Self::$kernel(kernel) => kernel.over_box(displacement_m, sides_m)),* }
+            }
+
+            fn cut_off(&self, reach_m: f32) -> f32 {
+                match self { $(Self::$kernel(kernel) => kernel.cut_off(reach_m)),* }
             }
         }
     };
@@ -85,6 +139,7 @@ macro_rules! kernels {
 kernels! {
     "cubic-b-spline" => CubicBSpline,
     "squared-exponential" => SquaredExponential,
+    "two-scales" => TwoScales,
 }
 
 #[cfg(test)]
@@ -92,18 +147,24 @@ mod test_support {
     use super::Kernel;
     use crate::geometry::Point;
 
-    /// The conformance every kernel earns with one line: its closed-form gradient against central differences.
+    /// The conformance every kernel earns with one line: its closed-form gradients against central differences.
     pub(super) fn gradient_agrees_with_differences(kernel: &impl Kernel<2>) {
+        let sides = Point::<2>::new(0.4, 0.7);
+        agrees(|at| kernel.value(at), |at| kernel.gradient(at));
+        agrees(|at| kernel.over_box(at, &sides), |at| kernel.over_box_gradient(at, &sides));
+    }
+
+    fn agrees(value: impl Fn(&Point<2>) -> f32, gradient: impl Fn(&Point<2>) -> Point<2>) {
         let step = 1e-2_f32;
         for i in -15..=15 {
             for j in -15..=15 {
                 let at = Point::<2>::new(i as f32 * 0.061, j as f32 * 0.057);
-                let gradient = kernel.gradient(&at);
+                let gradient = gradient(&at);
                 for axis in 0..2 {
                     let mut e = Point::<2>::zeros();
                     e[axis] = step;
                     // Richardson: fourth order, so that the step can stay large against f32 rounding.
-                    let d = |s: f32| (kernel.value(&(at + e * s)) - kernel.value(&(at - e * s))) / (2.0 * step * s);
+                    let d = |s: f32| (value(&(at + e * s)) - value(&(at - e * s))) / (2.0 * step * s);
                     let difference = (4.0 * d(1.0) - d(2.0)) / 3.0;
                     assert!((gradient[axis] - difference).abs() < 5e-3, "at {at:?}: {gradient:?} against {difference}");
                 }

@@ -1,8 +1,9 @@
 use crate::{
-    beam::LabelledPoint,
+    beam::LabelledPlace,
     lattice::Node,
     posterior::{Entry, RowState, Scratch},
     settings::SettingsError,
+    support::SupportTable,
     tile::{DirectoryEntry, Tile, TileIndex, TileStore},
 };
 
@@ -18,8 +19,8 @@ pub struct Memory<'m, const M: usize, const B: usize> {
     /// Working memory, shared by all tiles.
     pub scratch: &'m mut Scratch<M, B>,
     /// Observations of one scan.
-    pub points: &'m mut [LabelledPoint],
-    /// The stencil of each; as many as points.
+    pub places: &'m mut [LabelledPlace],
+    /// The stencil of each; as many as places.
     pub firsts: &'m mut [Option<Node<2>>],
     /// Tiles that one scan may touch.
     pub touched: &'m mut [TileIndex<2>],
@@ -27,13 +28,15 @@ pub struct Memory<'m, const M: usize, const B: usize> {
     pub entries: &'m mut [Entry],
     /// Rows of one scan in one tile.
     pub states: &'m mut [RowState],
+    /// Supports of their own for some nodes, as learned from a first pass over a log; read only.
+    pub supports: SupportTable<'m, 2>,
 }
 
 /// The part of [`Memory`] that holds nothing from one scan to the next.
 #[derive(Debug)]
 pub struct Workspace<'m, const M: usize, const B: usize> {
     pub(super) scratch: &'m mut Scratch<M, B>,
-    pub(super) points: &'m mut [LabelledPoint],
+    pub(super) places: &'m mut [LabelledPlace],
     pub(super) firsts: &'m mut [Option<Node<2>>],
     pub(super) touched: &'m mut [TileIndex<2>],
     pub(super) entries: &'m mut [Entry],
@@ -42,11 +45,11 @@ pub struct Workspace<'m, const M: usize, const B: usize> {
 
 impl<'m, const M: usize, const B: usize> Memory<'m, M, B> {
     pub(super) fn split(self) -> Result<(TileStore<'m, M, B>, Workspace<'m, M, B>), SettingsError> {
-        let Self { tiles, directory, scratch, points, firsts, touched, entries, states } = self;
-        let points_len = points.len().min(firsts.len());
+        let Self { tiles, directory, scratch, places, firsts, touched, entries, states, supports: _ } = self;
+        let places_len = places.len().min(firsts.len());
         for (what, length) in [
             ("tiles", tiles.len().min(directory.len())),
-            ("points", points_len),
+            ("places", places_len),
             ("touched", touched.len()),
             ("entries", entries.len()),
             ("states", states.len()),
@@ -57,8 +60,8 @@ impl<'m, const M: usize, const B: usize> Memory<'m, M, B> {
         }
         let work = Workspace {
             scratch,
-            points: &mut points[..points_len],
-            firsts: &mut firsts[..points_len],
+            places: &mut places[..places_len],
+            firsts: &mut firsts[..places_len],
             touched,
             entries,
             states,

@@ -10,9 +10,9 @@ pub use touched::Touched;
 
 use crate::{
     basis::Basis,
-    beam::{Beam, BeamRule, BeamTally, LabelledPoint, sort_beam},
+    beam::{Beam, BeamTally, LabelledPlace, sort_beam},
     em,
-    geometry::Point,
+    geometry::{Place, Point, PoseCovariance},
     posterior::{Prior, RowError, Rows},
     scan::{MAX_BEAMS, Scan},
     settings::{Model, Settings, SettingsError},
@@ -25,7 +25,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Mapper<'m, const M: usize, const B: usize> {
     settings: Settings,
-    model: Model,
+    model: Model<'m>,
     store: TileStore<'m, M, B>,
     work: Workspace<'m, M, B>,
     newest_stamp_ns: u64,
@@ -38,7 +38,7 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
     /// # Errors
     /// Settings that contradict themselves, or do not fit `M`, `B` or the lent memory.
     pub fn new(settings: Settings, memory: Memory<'m, M, B>) -> Result<Self, SettingsError> {
-        let model = settings.model()?;
+        let model = settings.model_with(memory.supports)?;
         model.tiling.check(M, B)?;
         let (store, work) = memory.split()?;
         Ok(Self { settings, model, store, work, newest_stamp_ns: 0, scans: 0 })
@@ -52,7 +52,7 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
 
     /// How points become features.
     #[must_use]
-    pub fn basis(&self) -> &Basis<2> {
+    pub fn basis(&self) -> &Basis<'m, 2> {
         &self.model.basis
     }
 
@@ -147,7 +147,8 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
             }
         };
         self.newest_stamp_ns = scan.stamp_ns;
-        self.learn(observed, archive, &mut report);
+        let uncertainty = scan.pose_covariance.map(|covariance| (scan.map_from_sensor.position(), covariance));
+        self.learn(observed, uncertainty, archive, &mut report);
         Ok(report)
     }
 
@@ -168,14 +169,14 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         if points_m.len() != occupied.len() {
             return Err(ScanRejected::LabelsMissing { points: points_m.len(), labels: occupied.len() });
         }
-        if points_m.len() > self.work.points.len() {
-            return Err(ScanRejected::TooManyPoints { points: points_m.len(), capacity: self.work.points.len() });
+        if points_m.len() > self.work.places.len() {
+            return Err(ScanRejected::TooManyPoints { points: points_m.len(), capacity: self.work.places.len() });
         }
-        for (slot, (point, occupied)) in self.work.points.iter_mut().zip(points_m.iter().zip(occupied)) {
-            *slot = LabelledPoint { point_m: *point, occupied: *occupied };
+        for (slot, (point, occupied)) in self.work.places.iter_mut().zip(points_m.iter().zip(occupied)) {
+            *slot = LabelledPlace { place: Place::Point(*point), occupied: *occupied };
         }
         let mut report = IntegrateReport::default();
-        self.learn(points_m.len(), archive, &mut report);
+        self.learn(points_m.len(), None, archive, &mut report);
         Ok(report)
     }
 
@@ -186,6 +187,9 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         let pose = &scan.map_from_sensor;
         if !pose.is_finite() {
             return Err(ScanRejected::PoseNotFinite);
+        }
+        if scan.pose_covariance.is_some_and(|covariance| !covariance.is_valid()) {
+            return Err(ScanRejected::PoseCovariance);
         }
         if self.model.basis.lattice.stencil_at(&pose.position()).is_none() {
             return Err(ScanRejected::PoseTooFar { x_m: pose.x_m, y_m: pose.y_m });
@@ -204,10 +208,11 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         Ok(())
     }
 
-    /// Fills the point buffer from every `every`-th beam; `None` if it overflows.
+    /// Fills the buffer of places from every `every`-th beam; `None` if it overflows.
     fn observe(&mut self, scan: &Scan<'_>, every: usize, report: &mut IntegrateReport) -> Option<usize> {
         let pose = &scan.map_from_sensor;
-        let points = &mut *self.work.points;
+        let lattice = &self.model.basis.lattice;
+        let places = &mut *self.work.places;
         let (mut len, mut overflow) = (0, false);
         for (number, range_m) in scan.ranges_m.iter().enumerate() {
             if number % every != 0 {
@@ -217,13 +222,20 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
             let Some(end) = sort_beam(*range_m, scan, &self.settings.limits, &mut report.beams) else { continue };
             let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
             let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
-            self.settings.beam.observe(&beam, &mut |point| {
-                match points.get_mut(len) {
-                    Some(slot) => *slot = point,
+            let mut push = |place: LabelledPlace| {
+                match places.get_mut(len) {
+                    Some(slot) => *slot = place,
                     None => overflow = true,
                 }
                 len += 1;
                 !overflow
+            };
+            self.model.beam.observe(&beam, &mut |observed| match observed.place {
+                Place::Point(_) => push(observed),
+                // Every piece of a segment is a row of one stencil: nothing of it falls outside the band.
+                Place::Segment { from_m, to_m } => lattice
+                    .cut(from_m, to_m)
+                    .all(|(from_m, to_m)| push(LabelledPlace { place: Place::Segment { from_m, to_m }, ..observed })),
             });
             if overflow {
                 return None;
@@ -232,16 +244,27 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         Some(len)
     }
 
-    /// Learns the first `count` points of the buffer, tile by tile.
+    /// Learns the first `count` places of the buffer, tile by tile. With an uncertain pose, given as where the sensor
+    /// stands and its covariance, every place means the points around it as well.
     #[inline(always)]
-    fn learn(&mut self, count: usize, archive: &mut impl Archive<M, B>, report: &mut IntegrateReport) {
+    fn learn(
+        &mut self,
+        count: usize,
+        uncertainty: Option<(Point<2>, PoseCovariance)>,
+        archive: &mut impl Archive<M, B>,
+        report: &mut IntegrateReport,
+    ) {
         self.scans += 1;
-        let Model { basis, tiling, prior } = &self.model;
-        let Workspace { scratch, points, firsts, touched, entries, states } = &mut self.work;
-        let points = &points[..count];
+        let Model { basis, tiling, prior, .. } = &self.model;
+        let Workspace { scratch, places, firsts, touched, entries, states } = &mut self.work;
+        let places = &places[..count];
+        let widening = |place: &LabelledPlace| {
+            uncertainty
+                .map(|(sensor_m, covariance)| basis.widening(&covariance.at(&(place.place.middle_m() - sensor_m))))
+        };
         let mut touched = Touched::new(touched);
-        for (first, point) in firsts.iter_mut().zip(points) {
-            let stencil = basis.lattice.stencil_at(&point.point_m);
+        for (first, place) in firsts.iter_mut().zip(places) {
+            let stencil = basis.lattice.stencil_at(&place.place.middle_m());
             *first = stencil.map(|stencil| stencil.first);
             let Some(stencil) = stencil else {
                 report.points.unplaceable += 1;
@@ -255,19 +278,22 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
             report.points.outside += u32::from(tiles == 0);
             report.points.over_capacity += u32::from(missed > 0);
             report.points.used += u32::from(tiles > missed);
+            report.points.narrowed +=
+                u32::from(tiles > missed && widening(place).is_some_and(|(_, narrowed)| narrowed));
         }
         for index in touched.as_slice() {
             let window = tiling.window(index);
             let stencil = basis.lattice.stencil;
             let mut rows = Rows::new(entries, states);
-            for (first, point) in firsts.iter().zip(points) {
+            for (first, place) in firsts.iter().zip(places) {
                 let Some(first) = first else { continue };
                 if window.index_of_whole(first, stencil).is_none() {
                     continue;
                 }
-                let Some(features) = basis.features(&point.point_m) else { continue };
+                let spread = widening(place).map(|(spread, _)| spread);
+                let Some(features) = basis.features_of(&place.place, spread.as_ref()) else { continue };
                 let row = row_of(&features, &window, stencil);
-                match rows.push::<M, B>(row, features.bias, point.occupied) {
+                match rows.push::<M, B>(row, features.bias, place.occupied) {
                     Ok(()) => report.rows += 1,
                     Err(RowError::Full) => report.rows_over_capacity += 1,
                     Err(_) => report.rows_refused += 1,

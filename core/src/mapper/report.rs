@@ -13,6 +13,9 @@ pub struct PointTally {
     pub outside: u32,
     /// Missed by at least one of its tiles: the scan touched more tiles than the lent list holds.
     pub over_capacity: u32,
+    /// Learned, but as less uncertain than the scan's pose makes them: the stencil has no room for all of it (see
+    /// [`Basis::widening`](crate::basis::Basis::widening)).
+    pub narrowed: u32,
 }
 
 /// What integrating one scan did: every outcome by name.
@@ -70,6 +73,8 @@ pub enum ScanRejected {
     },
     /// A component of the pose is not a finite number.
     PoseNotFinite,
+    /// The pose's covariance is not one: not finite, or not positive semidefinite.
+    PoseCovariance,
     /// The pose is further from the lattice's origin than an `f32` resolves.
     PoseTooFar {
         /// Position, metres.
@@ -119,6 +124,7 @@ impl fmt::Display for ScanRejected {
         match self {
             Self::TooManyBeams { beams } => write!(f, "{beams} beams, at most {MAX_BEAMS} are accepted"),
             Self::PoseNotFinite => write!(f, "the pose is not finite"),
+            Self::PoseCovariance => write!(f, "the pose's covariance is not finite and positive semidefinite"),
             Self::PoseTooFar { x_m, y_m } => {
                 write!(f, "the pose ({x_m} m, {y_m} m) is too far from the map's origin for single precision")
             }

@@ -39,15 +39,15 @@ impl TileBlend {
     #[must_use]
     pub fn of(settings: &crate::settings::Settings, bias_coupling: Option<f64>) -> Self {
         let spacing_m = f64::from(settings.spacing_m);
+        let shape_m2 = f64::from(settings.kernel_shape) * spacing_m * spacing_m;
         Self {
             origin_m: settings.origin_m.map(f64::from),
             spacing_m,
             stencil: settings.stencil,
             kernel: match settings.kernel {
                 crate::kernel::KernelChoice::CubicBSpline => Kernel::CubicBSpline { spacing_m },
-                crate::kernel::KernelChoice::SquaredExponential => {
-                    Kernel::SquaredExponential { shape_m2: f64::from(settings.kernel_shape) * spacing_m * spacing_m }
-                }
+                crate::kernel::KernelChoice::SquaredExponential => Kernel::SquaredExponential { shape_m2 },
+                crate::kernel::KernelChoice::TwoScales => Kernel::TwoScales { shape_m2 },
             },
             width: settings.tile_width,
             stride: settings.tile_stride,

@@ -13,6 +13,11 @@ pub enum Kernel {
         /// `g`, square metres.
         shape_m2: f64,
     },
+    /// `½ exp(−dᵀd/g) + ½ exp(−dᵀd/4g)`.
+    TwoScales {
+        /// `g`, square metres.
+        shape_m2: f64,
+    },
 }
 
 impl Kernel {
@@ -25,6 +30,10 @@ impl Kernel {
             }
             Self::SquaredExponential { shape_m2 } => {
                 (-displacement_m.iter().map(|d| d * d).sum::<f64>() / shape_m2).exp()
+            }
+            Self::TwoScales { shape_m2 } => {
+                let square = displacement_m.iter().map(|d| d * d).sum::<f64>();
+                0.5 * ((-square / shape_m2).exp() + (-square / (4.0 * shape_m2)).exp())
             }
         }
     }

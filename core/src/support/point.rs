@@ -1,11 +1,23 @@
-use super::Support;
+use super::{Support, SupportNumbers, SupportParameters};
 use crate::{geometry::Point, kernel::Kernel};
 
 /// A support that is its centre: the kernel as it stands.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct PointSupport;
+pub struct PointSupport<const D: usize>;
 
-impl<const D: usize> Support<D> for PointSupport {
+impl<const D: usize> Support<D> for PointSupport<D> {
+    fn from_parameters(_: &SupportParameters) -> Self {
+        Self
+    }
+
+    fn numbers(&self) -> SupportNumbers {
+        SupportNumbers::default()
+    }
+
+    fn from_numbers(_: &SupportNumbers) -> Option<Self> {
+        Some(Self)
+    }
+
     #[inline]
     fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32 {
         kernel.value(displacement_m)
@@ -14,5 +26,14 @@ impl<const D: usize> Support<D> for PointSupport {
     #[inline]
     fn feature_gradient(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> Point<D> {
         kernel.gradient(displacement_m)
+    }
+
+    #[inline]
+    fn segment_feature(&self, kernel: &impl Kernel<D>, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
+        kernel.over_segment(middle_m, along_m)
+    }
+
+    fn cut_off(&self, kernel: &impl Kernel<D>, reach_m: f32) -> f32 {
+        kernel.cut_off(reach_m)
     }
 }

@@ -66,7 +66,7 @@ pub struct OccupancyGradient {
 #[derive(Clone, Copy, Debug)]
 pub struct MapView<'a, T, const M: usize, const B: usize> {
     /// How points become features.
-    pub basis: &'a Basis<2>,
+    pub basis: &'a Basis<'a, 2>,
     /// How the plane is cut into tiles.
     pub tiling: &'a Tiling<2>,
     /// What a tile that does not exist answers.

@@ -151,6 +151,7 @@ fn flaser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
         record: ScanRecord {
             stamp_ns: 0,
             map_from_sensor,
+            pose_covariance: None,
             angle_min_rad,
             angle_increment_rad,
             range_min_m: RANGE_MIN_M,
@@ -190,6 +191,7 @@ fn robot_laser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
         record: ScanRecord {
             stamp_ns: 0,
             map_from_sensor,
+            pose_covariance: None,
             angle_min_rad,
             angle_increment_rad,
             range_min_m: RANGE_MIN_M,

@@ -97,6 +97,7 @@ mod tests {
         ScanRecord {
             stamp_ns: 0,
             map_from_sensor: Pose::default(),
+            pose_covariance: None,
             angle_min_rad: 0.0,
             angle_increment_rad: 0.01,
             range_min_m: 0.0,

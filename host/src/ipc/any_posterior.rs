@@ -17,7 +17,7 @@ pub trait AnyPosterior {
     fn header(&self) -> &PosteriorHeader;
 
     /// The functions it was made with.
-    fn model(&self) -> &Model;
+    fn model(&self) -> &Model<'static>;
 
     /// Indices of its tiles, ascending.
     fn tile_indices(&self) -> Vec<TileIndex<2>>;
@@ -37,7 +37,7 @@ impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
         self.header()
     }
 
-    fn model(&self) -> &Model {
+    fn model(&self) -> &Model<'static> {
         self.model()
     }
 

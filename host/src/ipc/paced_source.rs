@@ -149,6 +149,7 @@ impl UnderWay {
         let scan = ScanRecord {
             stamp_ns: 0,
             map_from_sensor: Default::default(),
+            pose_covariance: None,
             angle_min_rad: 0.0,
             angle_increment_rad: 0.0,
             range_min_m: 0.0,
@@ -168,6 +169,7 @@ impl UnderWay {
         self.scan = ScanRecord {
             stamp_ns: scan.stamp_ns,
             map_from_sensor: scan.map_from_sensor,
+            pose_covariance: scan.pose_covariance,
             angle_min_rad: scan.angle_min_rad,
             angle_increment_rad: scan.angle_increment_rad,
             range_min_m: scan.range_min_m,

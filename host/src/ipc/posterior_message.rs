@@ -1,10 +1,10 @@
 use bhm_core::{
     geometry::Pose,
-    kernel::KernelChoice,
+    kernel::{Averaging, KernelChoice},
     posterior::{Band, PosteriorView},
     profile,
     settings::{Model, Settings, SettingsError},
-    support::{AnySupport, PointSupport},
+    support::SupportChoice,
     tile::{Tile, TileIndex},
 };
 use iceoryx2::prelude::ZeroCopySend;
@@ -17,7 +17,7 @@ use super::{
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
-#[type_name("bhm.posterior.v1")]
+#[type_name("bhm.posterior.v2")]
 pub struct PosteriorHeader {
     /// [`PosteriorHeader::MAGIC`].
     pub magic: u64,
@@ -55,6 +55,10 @@ pub struct PosteriorHeader {
     pub spacing_m: f32,
     /// The kernel's shape, in units of spacing².
     pub kernel_shape: f32,
+    /// How large a support's area is, in spacings.
+    pub support_size: f32,
+    /// Samples a side by which the kernel is averaged over it; 0 where it is in closed form.
+    pub support_samples: u32,
     /// Prior precision of each weight.
     pub prior_precision: f32,
     /// Prior precision of the bias.
@@ -170,7 +174,7 @@ impl PosteriorHeader {
     /// What a posterior begins with.
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM post");
     /// The layout described here, of header and tiles.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
     /// Flag: there is a bias.
@@ -209,6 +213,11 @@ impl PosteriorHeader {
             origin_m: settings.origin_m,
             spacing_m: settings.spacing_m,
             kernel_shape: settings.kernel_shape,
+            support_size: settings.support_size,
+            support_samples: match settings.support_averaging {
+                Averaging::Exact => 0,
+                Averaging::Samples(count) => count,
+            },
             prior_precision: settings.prior_precision,
             bias_precision: settings.bias_precision,
             supports: shape.0 as u32,
@@ -232,7 +241,7 @@ impl PosteriorHeader {
     pub fn check<const M: usize, const B: usize>(
         &self,
         tiles: &[PosteriorTile<M, B>],
-    ) -> Result<Model, PosteriorRejected> {
+    ) -> Result<Model<'static>, PosteriorRejected> {
         if self.magic != Self::MAGIC {
             return Err(PosteriorRejected::Magic { found: self.magic });
         }
@@ -267,17 +276,20 @@ impl PosteriorHeader {
     /// The settings that queries depend on; what only learning needs is a profile's, not the mapper's.
     fn settings(&self) -> Result<Settings, PosteriorRejected> {
         let kernel = text_of(&self.kernel).and_then(|name| KernelChoice::ALL.iter().find(|k| k.name() == name));
-        let support = AnySupport::PointSupport(PointSupport);
-        if text_of(&self.support) != Some(support.name()) {
-            return Err(PosteriorRejected::Support);
-        }
+        let support = text_of(&self.support).and_then(|name| SupportChoice::ALL.iter().find(|s| s.name() == name));
         let sizes = |of: [u32; 2]| of.map(|size| size as usize);
         Ok(Settings {
             origin_m: self.origin_m,
             spacing_m: self.spacing_m,
             kernel: *kernel.ok_or(PosteriorRejected::Kernel)?,
             kernel_shape: self.kernel_shape,
-            support,
+            support: *support.ok_or(PosteriorRejected::Support)?,
+            support_size: self.support_size,
+            support_averaging: if self.support_samples == 0 {
+                Averaging::Exact
+            } else {
+                Averaging::Samples(self.support_samples)
+            },
             stencil: self.stencil as usize,
             tile_width: sizes(self.tile_width),
             tile_stride: sizes(self.tile_stride),

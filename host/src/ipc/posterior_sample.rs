@@ -13,7 +13,7 @@ use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, service::Ipc};
 #[derive(Debug)]
 pub struct PosteriorSample<const M: usize, const B: usize> {
     sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
-    model: Model,
+    model: Model<'static>,
 }
 
 impl<const M: usize, const B: usize> PosteriorSample<M, B> {
@@ -32,7 +32,7 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
 
     /// The functions it was made with.
     #[must_use]
-    pub fn model(&self) -> &Model {
+    pub fn model(&self) -> &Model<'static> {
         &self.model
     }
 

@@ -1,5 +1,5 @@
 use bhm_core::{
-    geometry::Pose,
+    geometry::{Pose, PoseCovariance},
     scan::{MAX_BEAMS, Scan},
 };
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,7 +9,7 @@ use super::{IpcError, wire::PlainNumbers};
 /// A scan as it lies in shared memory.
 #[repr(C)]
 #[derive(Debug, ZeroCopySend)]
-#[type_name("bhm.scan.v1")]
+#[type_name("bhm.scan.v2")]
 pub struct ScanMessage {
     /// [`ScanMessage::MAGIC`].
     pub magic: u64,
@@ -31,6 +31,8 @@ pub struct ScanMessage {
     pub y_m: f32,
     /// Where the sensor's x axis points, radians.
     pub theta_rad: f32,
+    /// With [`ScanMessage::UNCERTAIN`], the covariance of that pose as xx, xy, yy (m²), xθ, yθ (m·rad), θθ (rad²).
+    pub pose_covariance: [f32; 6],
     /// Bearing of the first beam, radians.
     pub angle_min_rad: f32,
     /// Radians per beam.
@@ -115,9 +117,11 @@ impl ScanMessage {
     /// What a scan begins with.
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM scan");
     /// The layout described here.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
     /// Flag: the last scan of a source that ends.
     pub const LAST: u32 = 1;
+    /// Flag: the pose has a covariance.
+    pub const UNCERTAIN: u32 = 2;
 
     /// Writes a scan over whatever was here.
     ///
@@ -135,6 +139,13 @@ impl ScanMessage {
             Place::Within => 0,
             Place::Last => Self::LAST,
         };
+        self.pose_covariance = [0.0; 6];
+        if let Some(PoseCovariance { xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2 }) =
+            scan.pose_covariance
+        {
+            self.flags |= Self::UNCERTAIN;
+            self.pose_covariance = [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2];
+        }
         self.source = address.source;
         self.mapper = address.mapper.unwrap_or(0);
         self.sequence = address.sequence;
@@ -161,11 +172,19 @@ impl ScanMessage {
         if self.version != Self::VERSION {
             return Err(ScanMessageRejected::Version { found: self.version });
         }
-        let place = match self.flags {
-            0 => Place::Within,
-            Self::LAST => Place::Last,
-            found => return Err(ScanMessageRejected::Flags { found }),
-        };
+        if self.flags & !(Self::LAST | Self::UNCERTAIN) != 0 {
+            return Err(ScanMessageRejected::Flags { found: self.flags });
+        }
+        let place = if self.flags & Self::LAST != 0 { Place::Last } else { Place::Within };
+        let [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2] = self.pose_covariance;
+        let pose_covariance = (self.flags & Self::UNCERTAIN != 0).then_some(PoseCovariance {
+            xx_m2,
+            xy_m2,
+            yy_m2,
+            x_theta_m_rad,
+            y_theta_m_rad,
+            theta_rad2,
+        });
         if self.source == 0 || self.sequence == 0 {
             return Err(ScanMessageRejected::Unnumbered);
         }
@@ -177,6 +196,7 @@ impl ScanMessage {
             scan: Scan {
                 stamp_ns: self.stamp_ns,
                 map_from_sensor: Pose::new(self.x_m, self.y_m, self.theta_rad),
+                pose_covariance,
                 angle_min_rad: self.angle_min_rad,
                 angle_increment_rad: self.angle_increment_rad,
                 range_min_m: self.range_min_m,

@@ -25,6 +25,7 @@ fn scan(number: u64) -> ScanRecord {
     ScanRecord {
         stamp_ns: number * 100_000_000,
         map_from_sensor: Pose::new(number as f32 * 0.1, -0.2, 0.05 * number as f32),
+        pose_covariance: None,
         angle_min_rad: -0.8,
         angle_increment_rad: 0.1,
         range_min_m: 0.1,

@@ -1,7 +1,7 @@
 use std::ptr::NonNull;
 
 use bhm_core::{
-    beam::LabelledPoint,
+    beam::LabelledPlace,
     geometry::Point,
     lattice::Node,
     mapper::{IntegrateReport, Mapper, Memory, ScanRejected},
@@ -9,6 +9,7 @@ use bhm_core::{
     profile::{Capacities, Profile},
     scan::Scan,
     settings::SettingsError,
+    support::SupportTable,
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };
 
@@ -42,7 +43,7 @@ struct Storage<const M: usize, const B: usize> {
     tiles: Box<[Tile<M, B>]>,
     directory: Vec<DirectoryEntry>,
     scratch: Box<Scratch<M, B>>,
-    points: Vec<LabelledPoint>,
+    places: Vec<LabelledPlace>,
     firsts: Vec<Option<Node<2>>>,
     touched: Vec<TileIndex<2>>,
     entries: Vec<Entry>,
@@ -56,7 +57,7 @@ impl<const M: usize, const B: usize> Storage<M, B> {
             tiles: zeroed_slice(tiles),
             directory: vec![DirectoryEntry::default(); tiles],
             scratch: zeroed_box(),
-            points: vec![LabelledPoint::default(); points],
+            places: vec![LabelledPlace::default(); points],
             firsts: vec![None; points],
             touched: vec![[0; 2]; touched],
             entries: vec![Entry::default(); rows * stencil * stencil],
@@ -69,11 +70,12 @@ impl<const M: usize, const B: usize> Storage<M, B> {
             tiles: &mut self.tiles,
             directory: &mut self.directory,
             scratch: &mut self.scratch,
-            points: &mut self.points,
+            places: &mut self.places,
             firsts: &mut self.firsts,
             touched: &mut self.touched,
             entries: &mut self.entries,
             states: &mut self.states,
+            supports: SupportTable::EMPTY,
         }
     }
 
@@ -81,7 +83,7 @@ impl<const M: usize, const B: usize> Storage<M, B> {
         size_of_val(&*self.tiles)
             + size_of_val(&*self.directory)
             + size_of_val(&*self.scratch)
-            + size_of_val(&*self.points)
+            + size_of_val(&*self.places)
             + size_of_val(&*self.firsts)
             + size_of_val(&*self.touched)
             + size_of_val(&*self.entries)

@@ -76,6 +76,7 @@ impl Iterator for Simulation {
         Some(ScanRecord {
             stamp_ns,
             map_from_sensor,
+            pose_covariance: None,
             angle_min_rad: self.lidar.angle_min_rad(),
             angle_increment_rad: self.lidar.angle_increment_rad(),
             range_min_m: self.lidar.range_min_m,

@@ -41,7 +41,7 @@ pub use error::{MapFileError, SnapshotError};
 use crate::map::AnyMap;
 
 /// The format version that is written, and the only one that is read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The first bytes of every map file. The line feed shows a file that was transferred as text.
 const MAGIC: [u8; 8] = *b"BHM map\n";

@@ -4,12 +4,12 @@
 //! [`VERSION`](super::VERSION) raised.
 
 use bhm_core::{
-    beam::{AnyBeamRule, BeamLimits, PointSamples},
-    kernel::KernelChoice,
+    beam::{BeamChoice, BeamLimits},
+    kernel::{Averaging, KernelChoice},
     profile::Capacities,
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart},
     settings::Settings,
-    support::{AnySupport, PointSupport},
+    support::SupportChoice,
 };
 use serde::{Deserialize, Serialize};
 
@@ -18,11 +18,14 @@ use serde::{Deserialize, Serialize};
 pub(super) struct SettingsDef {
     origin_m: [f32; 2],
     spacing_m: f32,
-    #[serde(with = "KernelChoiceDef")]
+    #[serde(with = "kernel_by_name")]
     kernel: KernelChoice,
     kernel_shape: f32,
-    #[serde(with = "AnySupportDef")]
-    support: AnySupport,
+    #[serde(with = "support_by_name")]
+    support: SupportChoice,
+    support_size: f32,
+    #[serde(with = "AveragingDef")]
+    support_averaging: Averaging,
     stencil: usize,
     tile_width: [usize; 2],
     tile_stride: [usize; 2],
@@ -32,8 +35,13 @@ pub(super) struct SettingsDef {
     bias_precision: f32,
     #[serde(with = "BeamLimitsDef")]
     limits: BeamLimits,
-    #[serde(with = "AnyBeamRuleDef")]
-    beam: AnyBeamRule,
+    #[serde(with = "beam_by_name")]
+    beam: BeamChoice,
+    free_spacing_m: f32,
+    segment_length: f32,
+    #[serde(with = "AveragingDef")]
+    segment_averaging: Averaging,
+    gap_m: f32,
     #[serde(with = "AnyRuleDef")]
     rule: AnyRule,
     passes: u32,
@@ -49,41 +57,43 @@ pub(super) struct CapacitiesDef {
     touched: usize,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "KernelChoice")]
-enum KernelChoiceDef {
-    CubicBSpline,
-    SquaredExponential,
+/// What has a name is written by it, so that a further kernel, support or beam rule changes nothing here.
+macro_rules! by_name {
+    ($($module:ident => $choice:ty),* $(,)?) => {
+        $(mod $module {
+            use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+            pub(super) fn serialize<S: Serializer>(choice: &$choice, to: S) -> Result<S::Ok, S::Error> {
+                to.serialize_str(choice.name())
+            }
+
+            pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<$choice, D::Error> {
+                let name = <&str>::deserialize(from)?;
+                let known = <$choice>::ALL.iter().find(|choice| choice.name() == name);
+                known.copied().ok_or_else(|| D::Error::custom("unknown name"))
+            }
+        })*
+    };
+}
+
+by_name! {
+    kernel_by_name => bhm_core::kernel::KernelChoice,
+    support_by_name => bhm_core::support::SupportChoice,
+    beam_by_name => bhm_core::beam::BeamChoice,
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "AnySupport")]
-enum AnySupportDef {
-    PointSupport(#[serde(with = "PointSupportDef")] PointSupport),
+#[serde(remote = "Averaging")]
+enum AveragingDef {
+    Exact,
+    Samples(u32),
 }
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "PointSupport")]
-struct PointSupportDef;
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "BeamLimits")]
 struct BeamLimitsDef {
     range_max_m: f32,
     no_return_free_m: f32,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "AnyBeamRule")]
-enum AnyBeamRuleDef {
-    PointSamples(#[serde(with = "PointSamplesDef")] PointSamples),
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "PointSamples")]
-struct PointSamplesDef {
-    free_spacing_m: f32,
-    gap_m: f32,
 }
 
 #[derive(Serialize, Deserialize)]

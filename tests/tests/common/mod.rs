@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use bhm_core::{
-    beam::{Beam, BeamRule, BeamTally, LabelledPoint, sort_beam},
+    beam::{Beam, BeamTally, LabelledPlace, sort_beam},
     em::{self, UpdateReport},
     posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowState, Rows, Scratch},
     reference::{DensePosterior, Matrix, Observation, Safeguard},
@@ -36,14 +36,15 @@ pub fn intel_scans() -> Option<Vec<ScanRecord>> {
 }
 
 /// The labelled points that a scan is under these settings.
-pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPoint> {
+pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPlace> {
     let (mut points, mut tally) = (Vec::new(), BeamTally::default());
+    let rule = settings.model().expect("usable settings").beam;
     let pose = scan.map_from_sensor;
     for (number, range_m) in scan.ranges_m.iter().enumerate() {
         let Some(end) = sort_beam(*range_m, &scan.as_scan(), &settings.limits, &mut tally) else { continue };
         let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
         let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
-        settings.beam.observe(&beam, &mut |point| {
+        rule.observe(&beam, &mut |point| {
             points.push(point);
             true
         });

@@ -161,6 +161,7 @@ mod tests {
             .map(|i| ScanRecord {
                 stamp_ns: i,
                 map_from_sensor: Pose::new(i as f32, -1.0, 0.3),
+                pose_covariance: None,
                 angle_min_rad: -1.0,
                 angle_increment_rad: 0.25,
                 range_min_m: 0.01,

@@ -3,9 +3,11 @@
 use std::str::FromStr;
 
 use bhm_core::{
+    beam::BeamChoice,
     kernel::KernelChoice,
     profile::{self, Profile},
     rule::AnyRule,
+    support::SupportChoice,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
@@ -34,16 +36,27 @@ impl Registry for &'static Profile {
     }
 }
 
-impl Registry for KernelChoice {
-    const WHAT: &'static str = "kernel";
+/// The core's enumerations of names, each with what one of them is.
+macro_rules! registries {
+    ($($choice:ty, $what:literal);* $(;)?) => {
+        $(impl Registry for $choice {
+            const WHAT: &'static str = $what;
 
-    fn all() -> impl Iterator<Item = Self> {
-        Self::ALL.iter().copied()
-    }
+            fn all() -> impl Iterator<Item = Self> {
+                Self::ALL.iter().copied()
+            }
 
-    fn name(self) -> &'static str {
-        self.name()
-    }
+            fn name(self) -> &'static str {
+                self.name()
+            }
+        })*
+    };
+}
+
+registries! {
+    KernelChoice, "kernel";
+    SupportChoice, "support";
+    BeamChoice, "beam rule";
 }
 
 impl Registry for AnyRule {

@@ -1,9 +1,10 @@
 use bhm_core::{
-    beam::AnyBeamRule,
-    kernel::KernelChoice,
+    beam::BeamChoice,
+    kernel::{Averaging, KernelChoice},
     profile::{self, Profile},
     rule::AnyRule,
     settings::Settings,
+    support::{SupportChoice, SupportTable},
 };
 use clap::{Args, builder::BoolishValueParser};
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,24 @@ pub(crate) struct MapValues {
     /// How far a support reaches
     #[arg(long, env = "BHM_KERNEL", value_parser = parser::<KernelChoice>(), value_name = "NAME")]
     kernel: Option<Choice<KernelChoice>>,
+    /// What a support is centred on: a point, or an area that it averages the kernel over
+    #[arg(long, env = "BHM_SUPPORT", value_parser = parser::<SupportChoice>(), value_name = "NAME")]
+    support: Option<Choice<SupportChoice>>,
+    /// How large the area of a support is, in spacings: a Gaussian's standard deviation, a rectangle's side
+    #[arg(long, env = "BHM_SUPPORT_SIZE", value_name = "X")]
+    support_size: Option<f32>,
+    /// Samples a side by which a rectangle averages the kernel; 0 for the closed form
+    #[arg(long, env = "BHM_SUPPORT_SAMPLES", value_name = "N")]
+    support_samples: Option<u32>,
+    /// What a beam says: free points and the hit, or a chain of line segments and the hit
+    #[arg(long, env = "BHM_BEAM_RULE", value_parser = parser::<BeamChoice>(), value_name = "NAME")]
+    beam_rule: Option<Choice<BeamChoice>>,
+    /// Longest line segment, in spacings
+    #[arg(long, env = "BHM_SEGMENT_LENGTH", value_name = "X")]
+    segment_length: Option<f32>,
+    /// Samples by which the kernel is averaged along a segment; 0 for the closed form
+    #[arg(long, env = "BHM_SEGMENT_SAMPLES", value_name = "N")]
+    segment_samples: Option<u32>,
     /// How observations are weighed
     #[arg(long, env = "BHM_RULE", value_parser = parser::<AnyRule>(), value_name = "NAME")]
     rule: Option<Choice<AnyRule>>,
@@ -73,6 +92,12 @@ impl MapValues {
             profile: self.profile.or(other.profile),
             spacing: self.spacing.or(other.spacing),
             kernel: self.kernel.or(other.kernel),
+            support: self.support.or(other.support),
+            support_size: self.support_size.or(other.support_size),
+            support_samples: self.support_samples.or(other.support_samples),
+            beam_rule: self.beam_rule.or(other.beam_rule),
+            segment_length: self.segment_length.or(other.segment_length),
+            segment_samples: self.segment_samples.or(other.segment_samples),
             rule: self.rule.or(other.rule),
             passes: self.passes.or(other.passes),
             prior_precision: self.prior_precision.or(other.prior_precision),
@@ -92,16 +117,19 @@ impl MapValues {
         let mut profile = *self.profile.map_or(&profile::INDOOR, |choice| choice.0);
         let named = profile;
         let settings = &mut profile.settings;
-        if let Some(Choice(kernel)) = self.kernel {
-            *settings = settings.with_kernel(kernel);
-        }
         // A profile's own parameters of a rule are kept when the rule is named again.
         if let Some(Choice(rule)) = self.rule.filter(|choice| choice.0.name() != settings.rule.name()) {
             settings.rule = rule;
         }
-        let AnyBeamRule::PointSamples(samples) = &mut settings.beam;
-        set(&mut samples.free_spacing_m, self.free_spacing);
-        set(&mut samples.gap_m, self.gap);
+        set(&mut settings.kernel, self.kernel.map(|choice| choice.0));
+        set(&mut settings.support, self.support.map(|choice| choice.0));
+        set(&mut settings.support_size, self.support_size);
+        set(&mut settings.support_averaging, self.support_samples.map(averaging));
+        set(&mut settings.beam, self.beam_rule.map(|choice| choice.0));
+        set(&mut settings.segment_length, self.segment_length);
+        set(&mut settings.segment_averaging, self.segment_samples.map(averaging));
+        set(&mut settings.free_spacing_m, self.free_spacing);
+        set(&mut settings.gap_m, self.gap);
         set(&mut settings.limits.range_max_m, self.range_limit);
         set(&mut settings.limits.no_return_free_m, self.no_return_free);
         set(&mut settings.spacing_m, self.spacing);
@@ -109,6 +137,7 @@ impl MapValues {
         set(&mut settings.prior_precision, self.prior_precision);
         set(&mut settings.bias, self.bias);
         set(&mut settings.forgetting, self.forgetting);
+        *settings = settings.fitted(SupportTable::EMPTY);
         settings.model().map_err(|error| error.to_string())?;
         if let Some(max_range) = self.max_range.filter(|range| !(range.is_finite() && *range > 0.0)) {
             return Err(format!("maximum range is {max_range}, expected a positive number"));
@@ -122,11 +151,16 @@ impl MapValues {
     pub(crate) fn of(effective: &Effective) -> Self {
         let Effective { profile, max_range_m } = effective;
         let settings = &profile.settings;
-        let AnyBeamRule::PointSamples(samples) = settings.beam;
         Self {
             profile: profile::named(profile.name).map(Choice),
             spacing: Some(settings.spacing_m),
             kernel: Some(Choice(settings.kernel)),
+            support: Some(Choice(settings.support)),
+            support_size: Some(settings.support_size),
+            support_samples: Some(samples(settings.support_averaging)),
+            beam_rule: Some(Choice(settings.beam)),
+            segment_length: Some(settings.segment_length),
+            segment_samples: Some(samples(settings.segment_averaging)),
             rule: Some(Choice(settings.rule)),
             passes: Some(settings.passes),
             prior_precision: Some(settings.prior_precision),
@@ -135,10 +169,22 @@ impl MapValues {
             max_range: *max_range_m,
             range_limit: Some(settings.limits.range_max_m),
             no_return_free: Some(settings.limits.no_return_free_m),
-            free_spacing: Some(samples.free_spacing_m),
-            gap: Some(samples.gap_m),
+            free_spacing: Some(settings.free_spacing_m),
+            gap: Some(settings.gap_m),
             slots: Some(profile.capacities.tiles),
         }
+    }
+}
+
+/// As a number of samples, of which 0 is the closed form.
+fn averaging(samples: u32) -> Averaging {
+    if samples == 0 { Averaging::Exact } else { Averaging::Samples(samples) }
+}
+
+fn samples(averaging: Averaging) -> u32 {
+    match averaging {
+        Averaging::Exact => 0,
+        Averaging::Samples(count) => count,
     }
 }
 

@@ -1,0 +1,86 @@
+use nalgebra::SMatrix;
+
+use super::{MAX_NUMBERS, Support, SupportNumbers, SupportParameters};
+use crate::{geometry::Point, kernel::Kernel};
+
+/// A support spread as `N(m, S)` around its node (eq. 13, corrected): the kernel blurred by `S`.
+///
+/// Of a squared exponential that is another one, with `G′ = G + 2S`, against points and segments alike. `S → 0` is the
+/// point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussianSupport<const D: usize> {
+    covariance_m2: SMatrix<f32, D, D>,
+}
+
+impl<const D: usize> GaussianSupport<D> {
+    /// From `S`, square metres; `None` unless it is finite, symmetric and, up to rounding, positive semidefinite.
+    #[must_use]
+    pub fn new(covariance_m2: SMatrix<f32, D, D>) -> Option<Self> {
+        let s = &covariance_m2;
+        let finite = s.iter().all(|x| x.is_finite());
+        // Positive semidefinite for D = 2; in more dimensions a necessary condition, and a kernel blurred by less answers NaN.
+        let bounded = (0..D).all(|i| {
+            (0..D).all(|j| {
+                let product = s[(i, i)] * s[(j, j)];
+                s[(i, j)] == s[(j, i)] && s[(i, j)] * s[(i, j)] <= product * (1.0 + 1e-4)
+            })
+        });
+        let positive = (0..D).all(|i| s[(i, i)] >= 0.0);
+        (finite && bounded && positive).then_some(Self { covariance_m2 })
+    }
+
+    /// `S`, square metres.
+    #[must_use]
+    pub const fn covariance_m2(&self) -> &SMatrix<f32, D, D> {
+        &self.covariance_m2
+    }
+}
+
+/// Where a symmetric matrix's upper half stands among the numbers, row by row.
+fn upper<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..D).flat_map(|i| (i..D).map(move |j| (i, j))).take(MAX_NUMBERS)
+}
+
+impl<const D: usize> Support<D> for GaussianSupport<D> {
+    /// The size is the standard deviation along every axis.
+    fn from_parameters(parameters: &SupportParameters) -> Self {
+        let deviation_m = parameters.size * parameters.spacing_m;
+        Self { covariance_m2: SMatrix::from_diagonal_element(deviation_m * deviation_m) }
+    }
+
+    fn numbers(&self) -> SupportNumbers {
+        let mut numbers = SupportNumbers::default();
+        for (number, at) in numbers.iter_mut().zip(upper::<D>()) {
+            *number = self.covariance_m2[at];
+        }
+        numbers
+    }
+
+    fn from_numbers(numbers: &SupportNumbers) -> Option<Self> {
+        let mut covariance_m2 = SMatrix::zeros();
+        for (number, (i, j)) in numbers.iter().zip(upper::<D>()) {
+            covariance_m2[(i, j)] = *number;
+            covariance_m2[(j, i)] = *number;
+        }
+        Self::new(covariance_m2)
+    }
+
+    #[inline]
+    fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32 {
+        kernel.blurred(&self.covariance_m2).value(displacement_m)
+    }
+
+    #[inline]
+    fn feature_gradient(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> Point<D> {
+        kernel.blurred(&self.covariance_m2).gradient(displacement_m)
+    }
+
+    #[inline]
+    fn segment_feature(&self, kernel: &impl Kernel<D>, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
+        kernel.blurred(&self.covariance_m2).over_segment(middle_m, along_m)
+    }
+
+    fn cut_off(&self, kernel: &impl Kernel<D>, reach_m: f32) -> f32 {
+        kernel.blurred(&self.covariance_m2).cut_off(reach_m)
+    }
+}
