@@ -35,6 +35,7 @@ fn scan(number: u64, of: u64) -> ScanRecord {
     ScanRecord {
         stamp_ns: number * 1_000_000,
         map_from_sensor: Pose::new(x_m, 0.0, 0.0),
+        pose_covariance: None,
         angle_min_rad: -3.0,
         angle_increment_rad: 0.5,
         range_min_m: 0.1,
