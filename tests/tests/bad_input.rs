@@ -37,6 +37,7 @@ fn good(stamp_ns: u64) -> ScanRecord {
     ScanRecord {
         stamp_ns,
         map_from_sensor: Pose::new(0.3, -0.2, 0.7),
+        pose_covariance: None,
         angle_min_rad: -3.0,
         angle_increment_rad: 0.1,
         range_min_m: 0.1,
