@@ -96,7 +96,7 @@ fn every_kernel(bias: bool, batches: impl Fn(&Settings) -> Vec<Vec<([f32; 2], bo
 fn recorded(bias: bool) {
     let Some(scans) = intel_scans() else { return };
     let batches = |settings: &Settings| {
-        let batch = |scan| points_of(scan, settings).iter().map(|p| (p.point_m.into(), p.occupied)).collect();
+        let batch = |scan| points_of(scan, settings).iter().map(|p| (p.place.middle_m().into(), p.occupied)).collect();
         scans.iter().step_by(30).map(batch).collect()
     };
     every_kernel(bias, batches, "recorded");
