@@ -20,6 +20,7 @@ pub mod posterior;
 pub mod profile;
 #[cfg(feature = "reference")]
 pub mod reference;
+pub mod relevance;
 pub mod rule;
 pub mod scan;
 pub mod settings;
