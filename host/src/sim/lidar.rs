@@ -4,7 +4,7 @@ use bhm_core::geometry::Pose;
 use bhm_core::scan::MAX_BEAMS;
 use rand::Rng;
 
-use super::world::World;
+use super::{noise::standard_normal, world::World};
 
 /// A planar lidar that looks along its x axis.
 ///
@@ -98,7 +98,7 @@ impl Lidar {
         Ok(())
     }
 
-    /// One range per beam, metres: `+∞` where nothing returns, exactly 0 for every beam of a sensor inside a solid.
+    /// One range per beam, metres, in a world where nothing moves: `+∞` where nothing returns, exactly 0 for every beam of a sensor inside a solid.
     ///
     /// A range below `range_min_m` is reported as measured; whoever reads the scan drops it.
     pub(super) fn measure(&self, world: &World, map_from_sensor: Pose, rng: &mut impl Rng) -> Vec<f32> {
@@ -125,14 +125,6 @@ impl Lidar {
             _ => f32::INFINITY,
         }
     }
-}
-
-/// A draw from the normal distribution with mean 0 and variance 1 (Box and Muller 1958).
-///
-/// With `libm`'s functions, not the platform's, which differ in the last bit.
-fn standard_normal(rng: &mut impl Rng) -> f64 {
-    let (u, v) = (1.0 - rng.random::<f64>(), rng.random::<f64>());
-    (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! A robot with a lidar that drives through a world whose truth is known everywhere.
 //!
-//! A [`Scene`] names a world, a route and a lidar; a [`Simulation`] is the iterator over the scans taken on the way. There
-//! is no clock: stamps follow from the scan rate, so a simulation runs as fast as its scans are taken. Random numbers come
+//! A [`Scene`] names a world, a route and a lidar; a [`Simulation`] is the iterator over the scans taken on the way. Of a
+//! world in which things move, a scan sees what is there at its stamp, and a map is judged by what stands still. There is
+//! no clock: stamps follow from the scan rate, so a simulation runs as fast as its scans are taken. Random numbers come
 //! from a seeded ChaCha generator and the elementary functions from `libm`, so a seed stands for the same bits on every
 //! platform.
 //!
@@ -16,6 +17,8 @@
 //! ```
 
 mod lidar;
+mod mover;
+mod noise;
 mod scene;
 mod solid;
 mod trajectory;
@@ -29,6 +32,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 pub use lidar::{InvalidLidar, Lidar};
+pub use mover::Mover;
+pub use noise::{InvalidPoseNoise, PoseNoise};
 pub use scene::{Scene, UnknownScene};
 pub use solid::{Bounds, Position, Solid};
 pub use trajectory::{Drive, InvalidRoute, Trajectory};
@@ -39,13 +44,20 @@ use crate::ScanRecord;
 /// Stamp of the first scan, nanoseconds: not zero, which a receiver could mistake for "never".
 pub const FIRST_STAMP_NS: u64 = 1_000_000_000;
 
-/// The scans a lidar takes along a trajectory, in order; `map_from_sensor` is the true pose.
+/// Number of the generator's stream that pose errors come from; ranges come from stream 0, and so do not depend on them.
+const POSE_STREAM: u64 = 1;
+
+/// The scans a lidar takes along a trajectory, in order, of the world as it is at each scan's stamp.
+///
+/// They are taken from the true pose. That is also what `map_from_sensor` says, unless there is [`PoseNoise`].
 #[derive(Clone, Debug)]
 pub struct Simulation {
     world: World,
     lidar: Lidar,
     trajectory: Trajectory,
+    pose_noise: PoseNoise,
     rng: ChaCha8Rng,
+    pose_rng: ChaCha8Rng,
     taken: usize,
 }
 
@@ -56,7 +68,26 @@ impl Simulation {
     /// [`InvalidLidar`] if the lidar's fields contradict themselves.
     pub fn new(world: World, lidar: Lidar, trajectory: Trajectory, seed: u64) -> Result<Self, InvalidLidar> {
         lidar.validate()?;
-        Ok(Self { world, lidar, trajectory, rng: ChaCha8Rng::seed_from_u64(seed), taken: 0 })
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut pose_rng = rng.clone();
+        pose_rng.set_stream(POSE_STREAM);
+        Ok(Self { world, lidar, trajectory, pose_noise: PoseNoise::NONE, rng, pose_rng, taken: 0 })
+    }
+
+    /// The same scans, bit for bit, but their poses are reported with errors, which come from the same seed, and with the
+    /// covariance of those errors.
+    ///
+    /// # Errors
+    /// [`InvalidPoseNoise`] if a standard deviation is negative or not finite.
+    pub fn with_pose_noise(self, pose_noise: PoseNoise) -> Result<Self, InvalidPoseNoise> {
+        pose_noise.validate()?;
+        Ok(Self { pose_noise, ..self })
+    }
+
+    /// How far off the reported poses are.
+    #[must_use]
+    pub fn pose_noise(&self) -> PoseNoise {
+        self.pose_noise
     }
 
     /// What is really there.
@@ -70,18 +101,18 @@ impl Iterator for Simulation {
     type Item = ScanRecord;
 
     fn next(&mut self) -> Option<ScanRecord> {
-        let &map_from_sensor = self.trajectory.poses().get(self.taken)?;
+        let &true_pose = self.trajectory.poses().get(self.taken)?;
         let stamp_ns = FIRST_STAMP_NS + self.taken as u64 * self.trajectory.period_ns();
         self.taken += 1;
         Some(ScanRecord {
             stamp_ns,
-            map_from_sensor,
-            pose_covariance: None,
+            map_from_sensor: self.pose_noise.perturb(true_pose, &mut self.pose_rng),
+            pose_covariance: self.pose_noise.covariance(),
             angle_min_rad: self.lidar.angle_min_rad(),
             angle_increment_rad: self.lidar.angle_increment_rad(),
             range_min_m: self.lidar.range_min_m,
             range_max_m: self.lidar.range_max_m,
-            ranges_m: self.lidar.measure(&self.world, map_from_sensor, &mut self.rng),
+            ranges_m: self.lidar.measure(&self.world.at(stamp_ns), true_pose, &mut self.rng),
         })
     }
 

@@ -10,6 +10,11 @@ fn scenes() -> impl Iterator<Item = &'static Scene> {
     Scene::names().map(|name| Scene::named(name).expect("listed"))
 }
 
+/// What a scene looks like some time after it began: all that moves stands still where it then is.
+fn frozen(scene: &Scene) -> World {
+    scene.world().at(FIRST_STAMP_NS + 7_300_000_000).into_owned()
+}
+
 fn random_point(bounds: Bounds, rng: &mut impl Rng) -> Position {
     [0, 1].map(|axis| rng.random_range(bounds.min[axis]..bounds.max[axis]))
 }
@@ -48,7 +53,7 @@ fn distance_to_edge(point: Position, (a, b): (Position, Position)) -> f64 {
 fn occupancy_is_what_the_winding_number_says() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     for scene in scenes() {
-        let world = scene.world();
+        let world = frozen(scene);
         let mut occupied = 0;
         for _ in 0..5_000 {
             let point = random_point(world.bounds(), &mut rng).map(|x| x as f32);
@@ -64,7 +69,7 @@ fn occupancy_is_what_the_winding_number_says() {
 fn rays_end_where_the_first_edge_is_crossed() {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     for scene in scenes() {
-        let world = scene.world();
+        let world = frozen(scene);
         for _ in 0..10_000 {
             let origin = random_point(world.bounds(), &mut rng);
             let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
@@ -96,7 +101,9 @@ fn the_robot_keeps_clear_of_everything() {
     const CLEARANCE_M: f64 = 0.2;
     for scene in scenes() {
         let world = scene.world();
-        for pair in scene.trajectory().poses().windows(2) {
+        let trajectory = scene.trajectory();
+        for (index, pair) in trajectory.poses().windows(2).enumerate() {
+            let world = world.at(FIRST_STAMP_NS + index as u64 * trajectory.period_ns());
             for part in [0.0, 0.25, 0.5, 0.75] {
                 let between = |from: f32, to: f32| f64::from(from) + part * (f64::from(to) - f64::from(from));
                 let point = [between(pair[0].x_m, pair[1].x_m), between(pair[0].y_m, pair[1].y_m)];
@@ -114,6 +121,58 @@ fn scenes_are_as_long_as_promised() {
     let scans = |name| Scene::named(name).expect("listed").simulate(0).len();
     assert!((400..=600).contains(&scans("building")), "{}", scans("building"));
     assert!((700..=900).contains(&scans("outdoor")), "{}", scans("outdoor"));
+    assert_eq!(scans("traffic"), 450);
+}
+
+#[test]
+fn a_scan_sees_what_moves_where_it_is_at_the_stamp() {
+    // A 4 m long box comes at 10 m/s; its front is 0.8 m before the front axle, which is 2.4 m before the rear one.
+    let oncoming = Mover::along(vec![[100.0, 0.0], [0.0, 0.0]], [4.0, 2.0], 10.0, 0.9);
+    let bounds = Bounds { min: [-1.0, -10.0], max: [100.0, 10.0] };
+    let world = World::new(vec![Solid::between([105.0, -9.0], [106.0, 9.0])], bounds).with_movers(vec![oncoming]);
+    let lidar = Lidar { beams: 1, noise_std_m: 0.0, range_max_m: 200.0, ..Lidar::INDOOR };
+    let fixed = Trajectory::new(vec![Pose::default(); 8], 1_000_000_000);
+    let scans = Simulation::new(world.clone(), lidar, fixed, 0).expect("valid");
+    for (seconds, scan) in scans.enumerate() {
+        // The first stamp is 1 s: the lap has just begun again.
+        let expected_m = 100.0 - 10.0 * seconds as f32 - 3.2;
+        assert!((scan.ranges_m[0] - expected_m).abs() < 1e-4, "{} m, not {expected_m}", scan.ranges_m[0]);
+        let just = [expected_m + 0.1, 0.0];
+        assert!(
+            world.at(scan.stamp_ns).is_occupied(just) && !world.is_occupied(just),
+            "the truth is what stands still"
+        );
+    }
+    assert_eq!(world.range_along([0.0; 2], [1.0, 0.0]), Some(105.0));
+}
+
+#[test]
+fn noisy_poses_are_reported_but_scans_taken_from_the_true_ones() {
+    let scene = Scene::named("building").expect("listed");
+    let noise = PoseNoise { position_m: 0.1, heading_rad: 0.02 };
+    let noisy = || scene.simulate(5).with_pose_noise(noise).expect("valid");
+    assert_eq!(noisy().pose_noise(), noise);
+    assert_eq!(scene.simulate(5).pose_noise(), PoseNoise::NONE);
+    let (mut square_m2, mut square_rad2) = (0.0, 0.0);
+    for (off, exact) in noisy().zip(scene.simulate(5)) {
+        let (reported, pose) = (off.map_from_sensor, exact.map_from_sensor);
+        square_m2 += f64::from((reported.x_m - pose.x_m).powi(2) + (reported.y_m - pose.y_m).powi(2));
+        square_rad2 += f64::from((reported.theta_rad - pose.theta_rad).powi(2));
+        assert_eq!(ScanRecord { map_from_sensor: pose, ..off }, exact, "all but the pose stays");
+    }
+    // A mean of n squares of normal errors has the relative deviation √(2/n); five of them.
+    let scans = scene.trajectory().poses().len() as f64;
+    for (mean, expected, draws) in
+        [(square_m2 / scans / 2.0, 0.1 * 0.1, 2.0 * scans), (square_rad2 / scans, 0.02 * 0.02, scans)]
+    {
+        assert!((mean / expected - 1.0).abs() < 5.0 * (2.0 / draws).sqrt(), "{mean}, not {expected}");
+    }
+    assert!(noisy().eq(noisy()), "the seed decides these errors too");
+    assert_ne!(noisy().next(), scene.simulate(6).with_pose_noise(noise).expect("valid").next());
+    let none = scene.simulate(5).with_pose_noise(PoseNoise::NONE).expect("valid");
+    assert!(none.eq(scene.simulate(5)));
+    let error = scene.simulate(5).with_pose_noise(PoseNoise { heading_rad: -1.0, ..noise }).expect_err("negative");
+    assert_eq!(error.to_string(), "a pose's noise has standard deviations of at least 0, not 0.1 m and -1 rad");
 }
 
 #[test]
@@ -167,7 +226,7 @@ fn stamps_follow_the_scan_rate_and_the_length_is_known() {
 #[test]
 fn an_unknown_world_is_refused_with_the_known_ones() {
     let error = World::named("moon").expect_err("no such world");
-    assert_eq!(error.to_string(), r#"no simulated world is called "moon"; there are: building, outdoor"#);
+    assert_eq!(error.to_string(), r#"no simulated world is called "moon"; there are: building, outdoor, traffic"#);
 }
 
 #[test]

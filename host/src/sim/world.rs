@@ -1,12 +1,20 @@
 //! What is really there.
 
+use std::borrow::Cow;
+
+use super::mover::Mover;
 use super::scene::{Scene, UnknownScene};
 use super::solid::{Bounds, Position, Solid};
 
-/// A plane with solids standing on it: the truth a map is judged against.
+/// A plane with solids standing on it, and others that drive about: the truth a map is judged against.
+///
+/// What moves is not part of a place. [`World::is_occupied`], [`World::range_along`] and [`World::solids`] speak of what
+/// stands still: a road is free, whoever is just driving there. What was there at one moment says the world of that moment,
+/// [`World::at`]; a sensor measures that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
     solids: Vec<Solid>,
+    movers: Vec<Mover>,
     bounds: Bounds,
 }
 
@@ -14,7 +22,13 @@ impl World {
     /// A world of `solids`, to be mapped and judged within `bounds`; outside the bounds, too, only the solids are occupied.
     #[must_use]
     pub fn new(solids: Vec<Solid>, bounds: Bounds) -> Self {
-        Self { solids, bounds }
+        Self { solids, movers: Vec::new(), bounds }
+    }
+
+    /// The same world with these on the move as well.
+    #[must_use]
+    pub fn with_movers(self, movers: Vec<Mover>) -> Self {
+        Self { movers, ..self }
     }
 
     /// The world of the scene of that name (see [`Scene::names`]).
@@ -25,10 +39,26 @@ impl World {
         Scene::named(name).map(Scene::world)
     }
 
-    /// The solids; they may overlap.
+    /// The solids that stand still; they may overlap.
     #[must_use]
     pub fn solids(&self) -> &[Solid] {
         &self.solids
+    }
+
+    /// What moves.
+    #[must_use]
+    pub fn movers(&self) -> &[Mover] {
+        &self.movers
+    }
+
+    /// The world as it is at a stamp, nanoseconds: what moves stands still where it then is, as the last of the solids.
+    #[must_use]
+    pub fn at(&self, stamp_ns: u64) -> Cow<'_, Self> {
+        if self.movers.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let moved = self.movers.iter().map(|mover| mover.at(stamp_ns));
+        Cow::Owned(Self::new(self.solids.iter().cloned().chain(moved).collect(), self.bounds))
     }
 
     /// The rectangle worth drawing and judging, metres.
@@ -37,20 +67,21 @@ impl World {
         self.bounds
     }
 
-    /// Whether a point of the map frame, metres, lies in a solid or on its outline.
+    /// Whether a point of the map frame, metres, lies in a solid that stands still or on its outline.
     #[must_use]
     pub fn is_occupied(&self, point: [f32; 2]) -> bool {
         let point = point.map(f64::from);
         self.solids.iter().any(|solid| solid.contains(point))
     }
 
-    /// Distance, in lengths of `direction`, to the first solid a ray touches: 0 from within one, `None` if it meets none.
+    /// Distance, in lengths of `direction`, to the first solid standing still that a ray touches: 0 from within one, `None`
+    /// if it meets none.
     #[must_use]
     pub fn range_along(&self, origin: Position, direction: Position) -> Option<f64> {
         nearest(self.solids.iter(), origin, direction)
     }
 
-    /// The part of the world a sensor at `centre` can measure.
+    /// The part of what stands still that a sensor at `centre` can measure.
     pub(super) fn within(&self, centre: Position, radius_m: f64) -> Nearby<'_> {
         Nearby { solids: self.solids.iter().filter(|solid| solid.bounds().reaches(centre, radius_m)).collect() }
     }

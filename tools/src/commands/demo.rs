@@ -1,5 +1,8 @@
 use bhm_core::geometry::Point;
-use bhm_host::{map::AnyMap, sim::World};
+use bhm_host::{
+    map::AnyMap,
+    sim::{PoseNoise, World},
+};
 use bhm_tools::metrics::Scores;
 use clap::Args;
 use rand::{Rng, SeedableRng};
@@ -15,7 +18,7 @@ use crate::{
 /// Points of the world's rectangle that are drawn by lot; those that the map knows are scored.
 const TEST_POINTS: usize = 100_000;
 
-/// Map a simulated building with three processes: a robot, the onboard process, a consumer
+/// Map a simulated world with three processes: a robot, the onboard process, a consumer
 #[derive(Args, Debug)]
 pub(crate) struct Demo {
     #[command(flatten)]
@@ -32,13 +35,17 @@ impl Demo {
         let scene = self.simulated.scene()?;
         let mut arguments = self.part.arguments();
         arguments.extend(self.simulated.arguments());
-        let title = format!("bhm demo: simulated {}, seed {}", scene.name, self.simulated.seed());
+        let mut title = format!("bhm demo: simulated {}, seed {}", scene.name, self.simulated.seed());
+        let PoseNoise { position_m, heading_rad } = self.simulated.pose_noise();
+        if position_m > 0.0 || heading_rad > 0.0 {
+            title += &format!(", poses off by {position_m} m, {heading_rad} rad");
+        }
         let exhibition = Exhibition { title: &title, source: "simulate", arguments, options };
         exhibition.hold(&self.exhibits, |map| score(map, &scene.world(), self.simulated.seed()), output)
     }
 }
 
-/// Scores the map against the truth at points that it knows; `None` if it knows none.
+/// Scores the map against what really stands there (what moves is not part of it) at points that it knows; `None` if it knows none.
 fn score(map: &dyn AnyMap, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
     let model = map.settings().model()?;
     let knowledge = Knowledge::of(&model);

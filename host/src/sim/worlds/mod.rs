@@ -2,7 +2,8 @@
 
 mod building;
 mod outdoor;
+mod traffic;
 
 use super::Scene;
 
-pub(super) const SCENES: [Scene; 2] = [building::SCENE, outdoor::SCENE];
+pub(super) const SCENES: [Scene; 3] = [building::SCENE, outdoor::SCENE, traffic::SCENE];
