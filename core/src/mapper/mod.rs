@@ -1,6 +1,7 @@
 //! The one façade: scans in, a report back, the map to be asked at any time.
 
 mod memory;
+pub(crate) mod reading;
 mod report;
 mod touched;
 
@@ -8,13 +9,15 @@ pub use memory::{Memory, Workspace};
 pub use report::{IntegrateReport, PointTally, ScanRejected};
 pub use touched::Touched;
 
+use reading::Reading;
+
 use crate::{
     basis::Basis,
-    beam::{Beam, BeamTally, LabelledPlace, sort_beam},
+    beam::LabelledPlace,
     em,
     geometry::{Place, Point, PoseCovariance},
     posterior::{Prior, RowError, Rows},
-    scan::{MAX_BEAMS, Scan},
+    scan::Scan,
     settings::{Model, Settings, SettingsError},
     tile::{Archive, MapView, Occupancy, OccupancyGradient, Tile, TileStore, TileStoreFull, Tiling, row_of},
 };
@@ -131,21 +134,11 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         scan: &Scan<'_>,
         archive: &mut impl Archive<M, B>,
     ) -> Result<IntegrateReport, ScanRejected> {
-        self.check(scan)?;
-        let mut report = IntegrateReport::default();
-        let mut every = 1;
-        let observed = loop {
-            report.beams = Default::default();
-            match self.observe(scan, every, &mut report) {
-                Some(observed) => break observed,
-                None if every >= MAX_BEAMS => {
-                    // Not even the first beam fits.
-                    report.beams = BeamTally { over_capacity: scan.ranges_m.len() as u32, ..Default::default() };
-                    break 0;
-                }
-                None => every *= 2,
-            }
-        };
+        let lattice = &self.model.basis.lattice;
+        reading::check(scan, self.newest_stamp_ns, |position| lattice.stencil_at(position).is_some())?;
+        let reading = Reading { limits: &self.settings.limits, rule: &self.model.beam, cut: Some(lattice) };
+        let (observed, beams) = reading.read(scan, self.work.places);
+        let mut report = IntegrateReport { beams, ..IntegrateReport::default() };
         self.newest_stamp_ns = scan.stamp_ns;
         let uncertainty = scan.pose_covariance.map(|covariance| (scan.map_from_sensor.position(), covariance));
         self.learn(observed, uncertainty, archive, &mut report);
@@ -178,70 +171,6 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         let mut report = IntegrateReport::default();
         self.learn(points_m.len(), None, archive, &mut report);
         Ok(report)
-    }
-
-    fn check(&self, scan: &Scan<'_>) -> Result<(), ScanRejected> {
-        if scan.ranges_m.len() > MAX_BEAMS {
-            return Err(ScanRejected::TooManyBeams { beams: scan.ranges_m.len() });
-        }
-        let pose = &scan.map_from_sensor;
-        if !pose.is_finite() {
-            return Err(ScanRejected::PoseNotFinite);
-        }
-        if scan.pose_covariance.is_some_and(|covariance| !covariance.is_valid()) {
-            return Err(ScanRejected::PoseCovariance);
-        }
-        if self.model.basis.lattice.stencil_at(&pose.position()).is_none() {
-            return Err(ScanRejected::PoseTooFar { x_m: pose.x_m, y_m: pose.y_m });
-        }
-        let last_rad = scan.angle_min_rad + scan.angle_increment_rad * scan.ranges_m.len() as f32;
-        if !pose.direction(scan.angle_min_rad).x.is_finite() || !pose.direction(last_rad).x.is_finite() {
-            return Err(ScanRejected::Angles { min_rad: scan.angle_min_rad, increment_rad: scan.angle_increment_rad });
-        }
-        // Written so that NaN limits are refused; an infinite upper limit is a sensor that marks no-return by +∞ alone.
-        if !(scan.range_min_m >= 0.0 && scan.range_max_m > scan.range_min_m) {
-            return Err(ScanRejected::RangeLimits { min_m: scan.range_min_m, max_m: scan.range_max_m });
-        }
-        if scan.stamp_ns < self.newest_stamp_ns {
-            return Err(ScanRejected::StampWentBack { stamp_ns: scan.stamp_ns, newest_ns: self.newest_stamp_ns });
-        }
-        Ok(())
-    }
-
-    /// Fills the buffer of places from every `every`-th beam; `None` if it overflows.
-    fn observe(&mut self, scan: &Scan<'_>, every: usize, report: &mut IntegrateReport) -> Option<usize> {
-        let pose = &scan.map_from_sensor;
-        let lattice = &self.model.basis.lattice;
-        let places = &mut *self.work.places;
-        let (mut len, mut overflow) = (0, false);
-        for (number, range_m) in scan.ranges_m.iter().enumerate() {
-            if number % every != 0 {
-                report.beams.over_capacity += 1;
-                continue;
-            }
-            let Some(end) = sort_beam(*range_m, scan, &self.settings.limits, &mut report.beams) else { continue };
-            let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
-            let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
-            let mut push = |place: LabelledPlace| {
-                match places.get_mut(len) {
-                    Some(slot) => *slot = place,
-                    None => overflow = true,
-                }
-                len += 1;
-                !overflow
-            };
-            self.model.beam.observe(&beam, &mut |observed| match observed.place {
-                Place::Point(_) => push(observed),
-                // Every piece of a segment is a row of one stencil: nothing of it falls outside the band.
-                Place::Segment { from_m, to_m } => lattice
-                    .cut(from_m, to_m)
-                    .all(|(from_m, to_m)| push(LabelledPlace { place: Place::Segment { from_m, to_m }, ..observed })),
-            });
-            if overflow {
-                return None;
-            }
-        }
-        Some(len)
     }
 
     /// Learns the first `count` places of the buffer, tile by tile. With an uncertain pose, given as where the sensor

@@ -38,7 +38,7 @@ impl Occupancy {
     /// The answer where the lattice ends: nothing is known at all.
     pub const UNKNOWN: Self = Self { probability: 0.5, mean: 0.0, variance: f32::INFINITY };
 
-    fn from_moments(mean: f32, variance: f32) -> Self {
+    pub(crate) fn from_moments(mean: f32, variance: f32) -> Self {
         Self { probability: sigmoid(kappa(variance) * mean), mean, variance }
     }
 
@@ -60,6 +60,29 @@ pub struct OccupancyGradient {
     pub mean: Point<2>,
     /// `∂s²/∂x`, per metre.
     pub variance: Point<2>,
+}
+
+impl OccupancyGradient {
+    /// The answer where the lattice ends.
+    pub(crate) const UNKNOWN: Self = {
+        let zero = Point::<2>::new(0.0, 0.0);
+        Self { occupancy: Occupancy::UNKNOWN, probability: zero, mean: zero, variance: zero }
+    };
+
+    /// From `m`, `s²`, `∂m` and `∂s²`.
+    pub(crate) fn from_moments(mean: f32, variance: f32, mean_slope: Point<2>, variance_slope: Point<2>) -> Self {
+        // p = σ(κm): ∂p = p(1 − p)(κ ∂m + m ∂κ), ∂κ = −(π/16) κ³ ∂s².
+        let kappa = kappa(variance);
+        let logit = kappa * mean;
+        let slope = sigmoid(logit) * sigmoid(-logit);
+        let narrowing = -core::f32::consts::PI / 16.0 * kappa * kappa * kappa * mean;
+        Self {
+            occupancy: Occupancy::from_moments(mean, variance),
+            probability: (mean_slope * kappa + variance_slope * narrowing) * slope,
+            mean: mean_slope,
+            variance: variance_slope,
+        }
+    }
 }
 
 /// A map that can be asked: how points become features, and tiles wherever they lie.
@@ -108,9 +131,7 @@ impl<T: TileSource<M, B>, const M: usize, const B: usize> MapView<'_, T, M, B> {
     /// Zero where the answer is [`Occupancy::UNKNOWN`].
     #[must_use]
     pub fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
-        let zero = Point::<2>::zeros();
-        let mut total =
-            OccupancyGradient { occupancy: Occupancy::UNKNOWN, probability: zero, mean: zero, variance: zero };
+        let mut total = OccupancyGradient::UNKNOWN;
         let Some(features) = self.basis.features(point_m) else { return total };
         let slopes = self.basis.gradients(&features.stencil);
         let (mut mean, mut variance) = (0.0, 0.0);
@@ -146,14 +167,7 @@ impl<T: TileSource<M, B>, const M: usize, const B: usize> MapView<'_, T, M, B> {
                 }
             }
         }
-        total.occupancy = Occupancy::from_moments(mean, variance);
-        // p = σ(κm): ∂p = p(1 − p)(κ ∂m + m ∂κ), ∂κ = −(π/16) κ³ ∂s².
-        let kappa = kappa(variance);
-        let logit = kappa * mean;
-        let slope = sigmoid(logit) * sigmoid(-logit);
-        let narrowing = -core::f32::consts::PI / 16.0 * kappa * kappa * kappa * mean;
-        total.probability = (total.mean * kappa + total.variance * narrowing) * slope;
-        total
+        OccupancyGradient::from_moments(mean, variance, total.mean, total.variance)
     }
 }
 
