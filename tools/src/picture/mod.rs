@@ -21,19 +21,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod axes;
-mod canvas;
-mod colour;
+pub(crate) mod axes;
+pub(crate) mod canvas;
+pub(crate) mod colour;
 mod footer;
 mod frame;
 mod overlay;
 #[cfg(test)]
 mod overlay_tests;
-mod path;
-mod step;
+pub(crate) mod path;
+pub(crate) mod step;
 #[cfg(test)]
 mod tests;
-mod text;
+pub(crate) mod text;
 
 use embedded_graphics::prelude::*;
 
