@@ -30,9 +30,14 @@ impl Ruler {
         let ends = match scale {
             Scale::Linear => {
                 let middle = min / 2.0 + max / 2.0;
-                let extent = (max - min).max(LEAST_EXTENT * min.abs().max(max.abs()));
-                // Only zeros.
-                padded(middle, if extent > 0.0 { extent } else { 1.0 })
+                let greatest = min.abs().max(max.abs());
+                let extent = match max - min {
+                    // One value: any axis will do that shows how great it is.
+                    0.0 if greatest > 0.0 => greatest / 5.0,
+                    0.0 => 1.0,
+                    extent => extent.max(LEAST_EXTENT * greatest),
+                };
+                padded(middle, extent)
             }
             Scale::Logarithmic => {
                 let [low, high] = [min, max].map(f64::log10);
@@ -155,7 +160,8 @@ fn decimal(mantissa: i32, exponent: i32) -> f64 {
 /// The power of a thousand in which the labels of an axis are short; 0 where they are without one.
 fn common_exponent(ends: [f64; 2]) -> i32 {
     let greatest = ends[0].abs().max(ends[1].abs());
-    if (1e-2..1e5).contains(&greatest) && ends[1] - ends[0] >= LEAST_EXTENT {
+    // Probabilities between 0.9999 and 1 still are.
+    if (1e-2..1e5).contains(&greatest) && ends[1] - ends[0] >= LEAST_EXTENT / 2.0 {
         return 0;
     }
     decade(greatest.log10()).div_euclid(3) * 3

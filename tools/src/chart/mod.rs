@@ -172,7 +172,7 @@ pub enum ChartError {
     },
 }
 
-impl Figure<'_> {
+impl<'a> Figure<'a> {
     /// Draws it. The canvas' [`map_area`](Canvas::map_area) is the space between the first chart's axes.
     ///
     /// # Errors
@@ -182,9 +182,9 @@ impl Figure<'_> {
     }
 
     /// The picture, and where its charts are.
-    fn drawn(&self) -> Result<(Canvas, Vec<Plot<'_>>), ChartError> {
+    fn drawn(&self) -> Result<(Canvas, Vec<Plot<'a>>), ChartError> {
         let names = self.names()?;
-        let mut plots: Vec<Plot<'_>> = self.charts.iter().map(Plot::new).collect::<Result<_, _>>()?;
+        let mut plots: Vec<Plot<'a>> = self.charts.iter().map(Plot::new).collect::<Result<_, _>>()?;
         // Plots stand below each other edge on edge, which is why all leave the room that one of them needs.
         let left_px = plots.iter().map(Plot::left_px).max().ok_or(ChartError::NoCharts)?;
         let chart_px = Plot::outer_px(left_px);

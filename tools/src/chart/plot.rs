@@ -12,7 +12,7 @@ use super::{
 use crate::picture::{
     Canvas,
     axes::{outline, pixel_containing, widest_px},
-    colour::INK,
+    colour::{BACKGROUND, INK, mix},
     path::Mask,
     step::Tick,
     text::{SMALL, line, shortened},
@@ -93,16 +93,17 @@ impl<'a> Plot<'a> {
         let area = self.area();
         // Bars below all lines: they are what may be covered.
         for series in self.chart.series {
-            let style = style_of(series.name);
-            let mut bars = Mask::new(&area);
             let marked = self.marked(series.points);
-            for sample in series.points {
-                if let Some(error) = sample.error {
-                    let [low, high] = [sample.y - error, sample.y + error].map(|end| self.row_of(end));
-                    add_bar(&mut bars, self.column_of(sample.x), [low, high], marked.contains(&self.pixel_at(sample)));
-                }
+            let [mut between, mut bars] = [Mask::new(&area), Mask::new(&area)];
+            for (sample, error) in series.points.iter().filter_map(|sample| Some((sample, sample.error?))) {
+                let is_marked = marked.contains(&self.pixel_at(sample));
+                let ends = [sample.y - error, sample.y + error].map(|end| self.row_of(end));
+                add_bar(if is_marked { &mut bars } else { &mut between }, self.column_of(sample.x), ends, is_marked);
             }
-            bars.paint(canvas, &area, style.colour);
+            let colour = style_of(series.name).colour;
+            // Those of crowded points together are a band, on which the line must stay visible.
+            between.paint(canvas, &area, mix(BACKGROUND, colour, 0.3));
+            bars.paint(canvas, &area, colour);
         }
         for series in self.chart.series {
             let points: Vec<[f64; 2]> = series.points.iter().map(|sample| self.pixel_at(sample)).collect();

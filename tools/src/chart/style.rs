@@ -9,7 +9,7 @@ pub(super) const COUNT: usize = 8;
 /// How far a marker reaches, without its light edge.
 pub(super) const MARKER_PX: f64 = 5.0;
 
-const LINE_RADIUS_PX: f64 = 0.9;
+const LINE_RADIUS_PX: f64 = 1.0;
 
 /// The colours of Okabe and Ito (2008), told apart by the colour-blind too, those first that are darkest and most unlike;
 /// grey in the place of yellow, which is hardly seen on white.
@@ -27,20 +27,20 @@ const COLOURS: [Rgb888; COUNT] = [
 /// In the order of [`COLOURS`].
 const MARKERS: [Marker; COUNT] = [
     Marker { corners: &[[0.0, 0.0]], radius_px: MARKER_PX, is_filled: true },
-    Marker { corners: &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]], radius_px: 0.5, is_filled: true },
-    Marker { corners: &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]], radius_px: 0.5, is_filled: true },
+    Marker { corners: &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]], radius_px: 0.65, is_filled: true },
+    Marker { corners: &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]], radius_px: 0.65, is_filled: true },
     Marker {
         corners: &[[0.0, -1.0], [0.0, 1.0], [0.0, 0.0], [-1.0, 0.0], [1.0, 0.0]],
         radius_px: 1.2,
         is_filled: false,
     },
-    Marker { corners: &[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]], radius_px: 0.5, is_filled: true },
+    Marker { corners: &[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]], radius_px: 0.65, is_filled: true },
     Marker {
         corners: &[[-0.9, -0.9], [0.9, 0.9], [0.0, 0.0], [-0.9, 0.9], [0.9, -0.9]],
         radius_px: 1.2,
         is_filled: false,
     },
-    Marker { corners: &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]], radius_px: 0.5, is_filled: true },
+    Marker { corners: &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]], radius_px: 0.65, is_filled: true },
     Marker {
         corners: &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9], [-0.9, -0.9]],
         radius_px: 0.9,
@@ -59,10 +59,10 @@ impl Marker {
     fn lines_px(&self, [x, y]: [f64; 2]) -> Vec<[f64; 2]> {
         let at = |[right, down]: [f64; 2], share: f64| [x + share * MARKER_PX * right, y + share * MARKER_PX * down];
         if self.is_filled && self.corners.len() > 1 {
-            // Outlines from outside to inside, nearer to each other than their lines are wide.
-            let rings = [1.0, 0.84, 0.68, 0.52, 0.36, 0.2, 0.04];
+            // Outlines from outside to inside, so near to each other that a thin line leaves nothing blank.
+            let rings = (0_u8..=20).rev().map(|i| f64::from(i) / 20.0);
             let closed = || self.corners.iter().chain(self.corners.first());
-            rings.iter().flat_map(|&share| closed().map(move |&corner| at(corner, share))).collect()
+            rings.flat_map(|share| closed().map(move |&corner| at(corner, share))).collect()
         } else {
             self.corners.iter().map(|&corner| at(corner, 1.0)).collect()
         }

@@ -71,7 +71,7 @@ impl ColourMap {
 }
 
 /// `from` at `share` 0, `to` at 1.
-pub(super) fn mix(from: Rgb888, to: Rgb888, share: f32) -> Rgb888 {
+pub(crate) fn mix(from: Rgb888, to: Rgb888, share: f32) -> Rgb888 {
     let channel = |from: u8, to: u8| (f32::from(from) + share * (f32::from(to) - f32::from(from))).round() as u8;
     Rgb888::new(channel(from.r(), to.r()), channel(from.g(), to.g()), channel(from.b(), to.b()))
 }
