@@ -24,7 +24,7 @@ const QUARTER_CORNERS: (f64, f64) = (4.0, 1024.0);
 pub struct Overlay<'a> {
     /// What the shapes are: a line in the footer; cut off with `...` where it is longer than 40 characters.
     pub legend: &'a str,
-    /// The colour of the outlines; [`ColourMap`](super::ColourMap)s contain no saturated red or green.
+    /// The colour of the outlines. [`ColourMap::OCCUPANCY`](super::ColourMap::OCCUPANCY) contains no red, green or violet.
     pub colour: Rgb888,
     /// The shapes; none draws none, and no legend. What lies outside the bounds is not drawn.
     pub shapes: &'a [Shape],
