@@ -75,6 +75,7 @@ impl<F: Fn(&Point<2>) -> Occupancy> Drawing<'_, F> {
             pixels_per_metre: self.pixels_per_metre,
             title: self.title,
             field: self.what.field(),
+            overlays: &[],
             path_m: self.path_m,
         };
         let canvas = picture

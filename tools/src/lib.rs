@@ -1,10 +1,11 @@
-//! What the `bhm` command is made of: what a map is asked ([`evaluation`]), how good its answers are ([`metrics`]) and what
-//! it looks like ([`picture`]).
+//! What the `bhm` command is made of: what a map is asked ([`evaluation`]), how good its answers are ([`metrics`]) what it
+//! looks like ([`picture`]) and how it compares ([`chart`]).
 //!
 //! No module knows the mapper. Evaluation divides data, metrics take logits and labels, pictures take a function of the
 //! plane, so our map and every baseline are judged and drawn by the same code.
 #![forbid(unsafe_code)]
 
+pub mod chart;
 pub mod evaluation;
 pub mod metrics;
 pub mod picture;

@@ -99,15 +99,15 @@ impl Axes {
 }
 
 /// The pixel that contains a continuous coordinate; for the far end of a map or bar, that of the outline beyond it.
-pub(super) fn pixel_containing(coordinate: f64) -> i32 {
+pub(crate) fn pixel_containing(coordinate: f64) -> i32 {
     coordinate.floor() as i32
 }
 
 /// A line one pixel wide along the inside of a rectangle.
-pub(super) fn outline(canvas: &mut Canvas, area: &Rectangle) {
+pub(crate) fn outline(canvas: &mut Canvas, area: &Rectangle) {
     let Ok(()) = area.into_styled(PrimitiveStyle::with_stroke(INK, 1)).draw(canvas);
 }
 
-pub(super) fn widest_px(ticks: &[Tick]) -> u32 {
+pub(crate) fn widest_px(ticks: &[Tick]) -> u32 {
     ticks.iter().map(|tick| text::width_px(SMALL, &tick.label)).max().unwrap_or(0)
 }

@@ -19,11 +19,12 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    pub(super) fn new(size: Size, map_area: Rectangle) -> Self {
+    pub(crate) fn new(size: Size, map_area: Rectangle) -> Self {
         Self { size, map_area, pixels: vec![BACKGROUND; size.width as usize * size.height as usize] }
     }
 
-    /// The pixels that show the map: from edge to edge its bounds, without the frame around them.
+    /// The pixels that show the map: from edge to edge its bounds, without the frame around them. In a
+    /// [figure](crate::chart::Figure) the first chart's.
     #[must_use]
     pub fn map_area(&self) -> Rectangle {
         self.map_area
@@ -72,7 +73,7 @@ impl Canvas {
         let Ok(()) = self.fill_contiguous(area, colours);
     }
 
-    pub(super) fn rectangle(&mut self, corner: Point, size: Size, colour: Rgb888) {
+    pub(crate) fn rectangle(&mut self, corner: Point, size: Size, colour: Rgb888) {
         let Ok(()) = self.fill_solid(&Rectangle::new(corner, size), colour);
     }
 

@@ -8,8 +8,8 @@ pub const NOT_A_NUMBER: Rgb888 = Rgb888::new(255, 0, 255);
 /// The colour of the robot's path: told apart from all colours of the maps, by the colour-blind too.
 pub const PATH: Rgb888 = Rgb888::new(224, 72, 0);
 
-pub(super) const BACKGROUND: Rgb888 = Rgb888::WHITE;
-pub(super) const INK: Rgb888 = Rgb888::new(40, 44, 52);
+pub(crate) const BACKGROUND: Rgb888 = Rgb888::WHITE;
+pub(crate) const INK: Rgb888 = Rgb888::new(40, 44, 52);
 
 /// Colours from the least to the greatest value: equally spaced anchors, straight lines in sRGB between them.
 #[derive(Debug, PartialEq)]
@@ -71,7 +71,7 @@ impl ColourMap {
 }
 
 /// `from` at `share` 0, `to` at 1.
-pub(super) fn mix(from: Rgb888, to: Rgb888, share: f32) -> Rgb888 {
+pub(crate) fn mix(from: Rgb888, to: Rgb888, share: f32) -> Rgb888 {
     let channel = |from: u8, to: u8| (f32::from(from) + share * (f32::from(to) - f32::from(from))).round() as u8;
     Rgb888::new(channel(from.r(), to.r()), channel(from.g(), to.g()), channel(from.b(), to.b()))
 }

@@ -4,10 +4,11 @@
 use embedded_graphics::{prelude::*, primitives::Rectangle, text::Alignment};
 
 use super::{
-    Field,
+    Field, Overlay,
     axes::{outline, pixel_containing, widest_px},
     canvas::Canvas,
     colour::{INK, NOT_A_NUMBER},
+    overlay::KEY_WIDTH_PX,
     path::{self, MARKER_RADIUS_PX},
     step::{Step, Tick, labelled_ticks},
     text::{self, SMALL, line},
@@ -137,6 +138,36 @@ impl Block for PathKey {
 
         let right = left + (Self::LINE_PX + Self::GAP_PX) as i32;
         line(canvas, SMALL, Self::END, Point::new(right, text_top), Alignment::Left);
+    }
+}
+
+/// What the shapes of an overlay mean.
+pub(super) struct OverlayKey<'a> {
+    overlay: &'a Overlay<'a>,
+    legend: String,
+}
+
+impl<'a> OverlayKey<'a> {
+    const MOST_CHARACTERS: usize = 40;
+
+    pub(super) fn new(overlay: &'a Overlay<'a>) -> Self {
+        let legend = text::shortened(SMALL, overlay.legend, text::width_px(SMALL, &"x".repeat(Self::MOST_CHARACTERS)));
+        Self { overlay, legend }
+    }
+
+    fn symbols_px(&self) -> u32 {
+        self.overlay.kinds().len() as u32 * KEY_WIDTH_PX as u32
+    }
+}
+
+impl Block for OverlayKey<'_> {
+    fn width_px(&self) -> u32 {
+        text::width_px(SMALL, &self.legend).max(self.symbols_px())
+    }
+
+    fn draw(&self, canvas: &mut Canvas, at: Point) {
+        line(canvas, SMALL, &self.legend, at, Alignment::Left);
+        self.overlay.draw_key(canvas, &symbol(at, self.symbols_px()));
     }
 }
 

@@ -1,8 +1,8 @@
-//! PNG pictures of a function of the plane: the field itself, axes and a scale bar in metres, a colour bar, and the
-//! path the robot took.
+//! PNG pictures of a function of the plane: the field itself, axes and a scale bar in metres, a colour bar, the
+//! path the robot took, and shapes over it.
 //!
 //! Nothing here knows a map: a picture asks a closure for the value at each pixel's centre. y points up, as on paper.
-//! The same values, title and path give the same bytes: no clock, no fonts of the machine, one PNG encoder.
+//! The same values, title, shapes and path give the same bytes: no clock, no fonts of the machine, one PNG encoder.
 //!
 //! ```
 //! use bhm_tools::picture::{Bounds, Field, FieldPicture};
@@ -12,6 +12,7 @@
 //!     pixels_per_metre: None,
 //!     title: "A round pillar",
 //!     field: Field::PROBABILITY,
+//!     overlays: &[],
 //!     path_m: &[[-4.0, -4.0], [4.0, -4.0]],
 //! };
 //! let canvas = picture.render(|x, y| if x.hypot(y) < 1.0 { 0.9 } else { 0.1 })?;
@@ -20,25 +21,29 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod axes;
-mod canvas;
-mod colour;
+pub(crate) mod axes;
+pub(crate) mod canvas;
+pub(crate) mod colour;
 mod footer;
 mod frame;
-mod path;
-mod step;
+mod overlay;
+#[cfg(test)]
+mod overlay_tests;
+pub(crate) mod path;
+pub(crate) mod step;
 #[cfg(test)]
 mod tests;
-mod text;
+pub(crate) mod text;
 
 use embedded_graphics::prelude::*;
 
 use self::axes::{Axes, Title};
 pub use self::canvas::Canvas;
 pub use self::colour::{ColourMap, NOT_A_NUMBER, PATH};
-use self::footer::{ColourBar, Footer, NoValue, PathKey, ScaleBar};
+use self::footer::{ColourBar, Footer, NoValue, OverlayKey, PathKey, ScaleBar};
 pub use self::frame::Bounds;
 use self::frame::Frame;
+pub use self::overlay::{Overlay, Shape};
 pub use embedded_graphics::pixelcolor::Rgb888;
 
 /// The longest side of a map drawn without a given scale.
@@ -93,6 +98,8 @@ pub struct FieldPicture<'a> {
     pub title: &'a str,
     /// What the values mean.
     pub field: Field,
+    /// Shapes over the field, below the path, the later above the earlier; empty draws none.
+    pub overlays: &'a [Overlay<'a>],
     /// Where the robot was, in order; empty draws none. What lies outside the bounds is not drawn.
     pub path_m: &'a [[f32; 2]],
 }
@@ -123,6 +130,16 @@ pub enum PictureError {
         /// Its position in the path.
         index: usize,
     },
+    /// A shape is not finite, or has a negative length or a covariance that is not positive semidefinite.
+    #[error(
+        "shape {index} of overlay {overlay} cannot be drawn: it must be finite, its lengths not negative, a covariance positive semidefinite"
+    )]
+    Shape {
+        /// The position of its overlay.
+        overlay: usize,
+        /// Its position in the overlay.
+        index: usize,
+    },
 }
 
 impl FieldPicture<'_> {
@@ -131,7 +148,7 @@ impl FieldPicture<'_> {
     /// NaN is drawn as [`NOT_A_NUMBER`], and explained beside the colour bar.
     ///
     /// # Errors
-    /// If the bounds, the scale, the size, the field's range or the path cannot be drawn. `value_at` is then not called.
+    /// If the bounds, the scale, the size, the field's range, a shape or the path cannot be drawn. `value_at` is then not called.
     pub fn render(&self, mut value_at: impl FnMut(f32, f32) -> f32) -> Result<Canvas, PictureError> {
         let map_px = self.map_size()?;
         self.check_inputs()?;
@@ -152,6 +169,9 @@ impl FieldPicture<'_> {
         let frame = Frame::new(self.bounds_m, corner, map_px);
         let mut canvas = Canvas::new(size, frame.area());
         canvas.fill(&frame.area(), values.iter().map(|&value| self.field.colour(value)));
+        for overlay in self.overlays {
+            overlay.draw(&mut canvas, &frame);
+        }
         let path_px: Vec<[f64; 2]> = self.path_m.iter().map(|&point| frame.pixel_of(point)).collect();
         path::draw(&mut canvas, &frame.area(), &path_px);
         axes.draw(&mut canvas, &frame);
@@ -168,6 +188,9 @@ impl FieldPicture<'_> {
         footer.add(ScaleBar::new(longest_px / longest_m));
         if !self.path_m.is_empty() {
             footer.add(PathKey);
+        }
+        for overlay in self.overlays.iter().filter(|overlay| !overlay.shapes.is_empty()) {
+            footer.add(OverlayKey::new(overlay));
         }
         if some_are_nan {
             footer.add(NoValue);
@@ -198,6 +221,11 @@ impl FieldPicture<'_> {
     fn check_inputs(&self) -> Result<(), PictureError> {
         if !frame::is_drawable(self.field.range) {
             return Err(PictureError::Range(self.field.range));
+        }
+        for (overlay, Overlay { shapes, .. }) in self.overlays.iter().enumerate() {
+            if let Some(index) = shapes.iter().position(|shape| !shape.is_drawable()) {
+                return Err(PictureError::Shape { overlay, index });
+            }
         }
         match self.path_m.iter().position(|[x, y]| !(x.is_finite() && y.is_finite())) {
             Some(index) => Err(PictureError::Path { index }),

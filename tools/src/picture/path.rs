@@ -33,21 +33,12 @@ pub(super) fn draw(canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]]) {
 /// is painted: where short segments overlap, their soft edges must not add up.
 fn stroke(canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]], radius_px: f64, colour: Rgb888) {
     let mut mask = Mask::new(area);
-    if let &[only] = points {
-        mask.add(only, only, radius_px);
-    }
-    for pair in points.windows(2) {
-        mask.add(pair[0], pair[1], radius_px);
-    }
-    for (at, &coverage) in area.points().zip(&mask.coverage) {
-        if coverage > 0 {
-            canvas.blend(at, colour, f32::from(coverage) / f32::from(u8::MAX));
-        }
-    }
+    mask.add_line(points, radius_px);
+    mask.paint(canvas, area, colour);
 }
 
 /// How much of each pixel of an area is covered, 0 to 255.
-struct Mask {
+pub(crate) struct Mask {
     left: f64,
     top: f64,
     columns: usize,
@@ -56,10 +47,29 @@ struct Mask {
 }
 
 impl Mask {
-    fn new(area: &Rectangle) -> Self {
+    pub(crate) fn new(area: &Rectangle) -> Self {
         let [columns, rows] = [area.size.width as usize, area.size.height as usize];
         let [left, top] = [f64::from(area.top_left.x), f64::from(area.top_left.y)];
         Self { left, top, columns, rows, coverage: vec![0; columns * rows] }
+    }
+
+    /// Covers what is within `radius` of the points and of the straight lines between them.
+    pub(crate) fn add_line(&mut self, points: &[[f64; 2]], radius: f64) {
+        if let &[only] = points {
+            self.add(only, only, radius);
+        }
+        for pair in points.windows(2) {
+            self.add(pair[0], pair[1], radius);
+        }
+    }
+
+    /// Lays a colour over what is covered; `area` is the one it was made for.
+    pub(crate) fn paint(&self, canvas: &mut Canvas, area: &Rectangle, colour: Rgb888) {
+        for (at, &coverage) in area.points().zip(&self.coverage) {
+            if coverage > 0 {
+                canvas.blend(at, colour, f32::from(coverage) / f32::from(u8::MAX));
+            }
+        }
     }
 
     /// Covers what is within `radius` of the segment. Only pixels near it are visited, in the area's coordinates.
@@ -67,6 +77,10 @@ impl Mask {
         let [from, to] = [from, to].map(|[x, y]| [x - self.left, y - self.top]);
         // Half a pixel of soft edge, half a pixel from a centre to the pixel's border.
         let reach = radius + 1.0;
+        // Of shapes larger than the area most segments pass it by.
+        if from[0].max(to[0]) + reach < 0.0 || from[0].min(to[0]) - reach > self.columns as f64 {
+            return;
+        }
         for row in pixels(from[1].min(to[1]) - reach, from[1].max(to[1]) + reach, self.rows) {
             let y = row as f64 + 0.5;
             let ends = [y - reach, y + reach].map(|y| column_at(from, to, y));

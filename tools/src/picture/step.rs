@@ -55,14 +55,14 @@ impl Step {
 
 /// A labelled value on an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tick {
-    pub(super) value: f64,
-    pub(super) label: String,
+pub(crate) struct Tick {
+    pub(crate) value: f64,
+    pub(crate) label: String,
 }
 
 /// Ticks from `min` to `max` along an axis of `axis_px`, as near to each other as their labels' extent along the axis
 /// lets them be without crowding.
-pub(super) fn labelled_ticks(min: f64, max: f64, axis_px: u32, label_px: impl Fn(&str) -> u32) -> Vec<Tick> {
+pub(crate) fn labelled_ticks(min: f64, max: f64, axis_px: u32, label_px: impl Fn(&str) -> u32) -> Vec<Tick> {
     const LEAST_GAP_PX: u32 = 24;
     // More would clutter, less leave a short axis bare.
     const LEAST_DISTANCE_PX: u32 = 48;

@@ -4,20 +4,21 @@ use super::colour::INK;
 use super::{Bounds, Canvas, ColourMap, Field, FieldPicture, NOT_A_NUMBER, PATH, PictureError, Rgb888};
 
 const WHITE: Rgb888 = Rgb888::WHITE;
-const BLACK: Rgb888 = Rgb888::new(12, 14, 20);
+pub(super) const BLACK: Rgb888 = Rgb888::new(12, 14, 20);
 const UNKNOWN: Rgb888 = Rgb888::new(144, 168, 194);
 
 /// 8 × 4 m at 100 pixels per metre, wide enough that the footer does not set the width.
-const PICTURE: FieldPicture<'_> = FieldPicture {
+pub(super) const PICTURE: FieldPicture<'_> = FieldPicture {
     bounds_m: Bounds { min: [-2.0, -1.0], max: [6.0, 3.0] },
     pixels_per_metre: Some(100.0),
     title: "test",
     field: Field::PROBABILITY,
+    overlays: &[],
     path_m: &[],
 };
 
 /// The pixel of [`PICTURE`] that contains a point of the plane.
-fn pixel_at(canvas: &Canvas, x_m: f32, y_m: f32) -> Rgb888 {
+pub(super) fn pixel_at(canvas: &Canvas, x_m: f32, y_m: f32) -> Rgb888 {
     let corner = canvas.map_area().top_left;
     let column = ((x_m + 2.0) * 100.0).floor() as i32;
     let row = ((3.0 - y_m) * 100.0).floor() as i32;

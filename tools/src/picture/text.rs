@@ -12,22 +12,22 @@ use embedded_graphics::{
 use super::{canvas::Canvas, colour::INK};
 
 /// Labels, captions, ticks.
-pub(super) const SMALL: &MonoFont<'_> = &FONT_9X15;
+pub(crate) const SMALL: &MonoFont<'_> = &FONT_9X15;
 /// The title.
-pub(super) const LARGE: &MonoFont<'_> = &FONT_10X20;
+pub(crate) const LARGE: &MonoFont<'_> = &FONT_10X20;
 
-pub(super) fn width_px(font: &MonoFont<'_>, text: &str) -> u32 {
+pub(crate) fn width_px(font: &MonoFont<'_>, text: &str) -> u32 {
     text.chars().count() as u32 * (font.character_size.width + font.character_spacing)
 }
 
 /// One line whose upper edge is at `at`, which is its left end, middle or right end.
-pub(super) fn line(canvas: &mut Canvas, font: &MonoFont<'_>, text: &str, at: Point, alignment: Alignment) {
+pub(crate) fn line(canvas: &mut Canvas, font: &MonoFont<'_>, text: &str, at: Point, alignment: Alignment) {
     let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
     let Ok(_end) = Text::with_text_style(text, at, MonoTextStyle::new(font, INK), style).draw(canvas);
 }
 
 /// As much of the text as fits into `width_px`, on one line.
-pub(super) fn shortened(font: &MonoFont<'_>, text: &str, available_px: u32) -> String {
+pub(crate) fn shortened(font: &MonoFont<'_>, text: &str, available_px: u32) -> String {
     const ELLIPSIS: &str = "...";
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     if width_px(font, &text) <= available_px {
