@@ -9,7 +9,7 @@ use clap::{Args, builder::BoolishValueParser};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Effective,
+    Effective, Number,
     choice::{Choice, parser},
 };
 
@@ -30,6 +30,10 @@ pub(crate) struct MapValues {
     /// How far a support reaches
     #[arg(long, env = "BHM_KERNEL", value_parser = parser::<KernelChoice>(), value_name = "NAME")]
     kernel: Option<Choice<KernelChoice>>,
+    /// Square of a kernel's width, in units of spacing^2: the g of exp(-d^2/g). Read by kernels of free width
+    /// (squared-exponential) alone
+    #[arg(long, env = "BHM_KERNEL_SHAPE", value_name = "X")]
+    kernel_shape: Option<f32>,
     /// How observations are weighed
     #[arg(long, env = "BHM_RULE", value_parser = parser::<AnyRule>(), value_name = "NAME")]
     rule: Option<Choice<AnyRule>>,
@@ -73,6 +77,7 @@ impl MapValues {
             profile: self.profile.or(other.profile),
             spacing: self.spacing.or(other.spacing),
             kernel: self.kernel.or(other.kernel),
+            kernel_shape: self.kernel_shape.or(other.kernel_shape),
             rule: self.rule.or(other.rule),
             passes: self.passes.or(other.passes),
             prior_precision: self.prior_precision.or(other.prior_precision),
@@ -84,6 +89,17 @@ impl MapValues {
             free_spacing: self.free_spacing.or(other.free_spacing),
             gap: self.gap.or(other.gap),
             slots: self.slots.or(other.slots),
+        }
+    }
+
+    /// Where one of the numbers stands.
+    pub(super) fn number_mut(&mut self, number: Number) -> &mut Option<f32> {
+        match number {
+            Number::Spacing => &mut self.spacing,
+            Number::KernelShape => &mut self.kernel_shape,
+            Number::PriorPrecision => &mut self.prior_precision,
+            Number::FreeSpacing => &mut self.free_spacing,
+            Number::Gap => &mut self.gap,
         }
     }
 
@@ -105,6 +121,7 @@ impl MapValues {
         set(&mut settings.limits.range_max_m, self.range_limit);
         set(&mut settings.limits.no_return_free_m, self.no_return_free);
         set(&mut settings.spacing_m, self.spacing);
+        set(&mut settings.kernel_shape, self.kernel_shape);
         set(&mut settings.passes, self.passes);
         set(&mut settings.prior_precision, self.prior_precision);
         set(&mut settings.bias, self.bias);
@@ -127,6 +144,7 @@ impl MapValues {
             profile: profile::named(profile.name).map(Choice),
             spacing: Some(settings.spacing_m),
             kernel: Some(Choice(settings.kernel)),
+            kernel_shape: Some(settings.kernel_shape),
             rule: Some(Choice(settings.rule)),
             passes: Some(settings.passes),
             prior_precision: Some(settings.prior_precision),
