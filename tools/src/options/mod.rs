@@ -57,7 +57,7 @@ impl MapOptions {
             _ => Usage(problem),
         })?;
         if self.print_config {
-            output::print(&effective.to_toml()?)?;
+            output::print(&effective.configuration()?)?;
             return Ok(None);
         }
         Ok(Some(effective))
@@ -74,7 +74,7 @@ impl Effective {
     }
 
     /// A configuration file that means the same.
-    pub(crate) fn to_toml(&self) -> anyhow::Result<String> {
+    pub(crate) fn configuration(&self) -> anyhow::Result<String> {
         Ok(toml::to_string(&MapValues::of(self))?)
     }
 }

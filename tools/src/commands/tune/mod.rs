@@ -15,7 +15,7 @@ use serde::Serialize;
 use tracing::info;
 
 use self::{
-    trial::Trial,
+    trial::{Exam, Trial},
     tuned::{Tested, Tuned},
     where_to_look::{Search, WhereToLook},
 };
@@ -110,13 +110,14 @@ impl Tune {
         info!("{} scans; of {of} beams with a return, {validation} to choose by and {test} to test with", scans.len());
         anyhow::ensure!(validation > 0 && test > 0, "a part of the log has no beam; take a greater --fraction");
 
+        let exam = Exam { scans: &parts.training, beams_removed: validation + test, points: &parts.validation };
         let named = |values: &[f32]| numbers.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
         let found = search(&axes, method, self.max_cost, |place, values| {
             let said: Vec<_> =
                 named(values).iter().map(|(number, value)| format!("{} {value}", number.name())).collect();
             let name = format!("candidate {}: {}", place + 1, said.join(", "));
             info!("{name}");
-            Trial::run(start.with(&named(values)), self.by, &parts.training, &parts.validation, name)
+            Trial::run(start.with(&named(values)), self.by, exam, name)
         });
         let Some(best) = found.best else { return Err(self.nothing_found(&found)) };
         let winner = start.with(&named(&found.tried[best].values)).map_err(Usage)?;
@@ -125,7 +126,7 @@ impl Tune {
             best: if best == 0 { None } else { Some(test_part(&winner, &parts, "best")?) },
         };
         let tuned = Tuned { request: self, log_path, path, scans: scans.len(), numbers, parts, found, best, test };
-        fs::write(path, tuned.header() + &winner.to_toml()?)
+        fs::write(path, tuned.header() + &winner.configuration()?)
             .with_context(|| format!("cannot write {}", path.display()))?;
         output.result(&tuned.summary(), || tuned.text())
     }
@@ -152,7 +153,8 @@ impl Tune {
 fn test_part(options: &Effective, parts: &Parts, name: &str) -> anyhow::Result<Trial> {
     let said = format!("testing the {name}");
     info!("{said}");
-    let trial = Trial::run(Ok(*options), By::Nll, &parts.training_and_validation, &parts.test, said);
+    let exam = Exam { scans: &parts.training_and_validation, beams_removed: parts.beams[1], points: &parts.test };
+    let trial = Trial::run(Ok(*options), By::Nll, exam, said);
     match trial.scored() {
         Some(scored) => scored.learned.warn(&options.profile),
         None => anyhow::ensure!(name == "start", "the {name} cannot be tested: {}", tuned::remark(&trial)),

@@ -19,6 +19,15 @@ use crate::{options::Effective, progress, reports::Learned};
 const TILE_PASS: f64 = 355e3;
 const ROW_PASS: f64 = 3.9e3;
 
+/// What a candidate learns, and what it is asked.
+#[derive(Clone, Copy)]
+pub(super) struct Exam<'a> {
+    pub(super) scans: &'a [ScanRecord],
+    /// Beams of these scans that were replaced by NaN.
+    pub(super) beams_removed: usize,
+    pub(super) points: &'a TestPoints,
+}
+
 /// What came of a candidate.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -68,16 +77,9 @@ impl Judged for Trial {
 }
 
 impl Trial {
-    /// Learns the scans with these options, or says why that cannot be, and asks the points.
-    pub(super) fn run(
-        options: Result<Effective, String>,
-        by: By,
-        scans: &[ScanRecord],
-        points: &TestPoints,
-        name: String,
-    ) -> Self {
-        let outcome = options.map_or_else(Outcome::Refused, |options| learn(&options, scans, points, name));
-        Self { outcome, by }
+    /// Takes the exam with these options, or says why that cannot be.
+    pub(super) fn run(options: Result<Effective, String>, by: By, exam: Exam<'_>, name: String) -> Self {
+        Self { outcome: options.map_or_else(Outcome::Refused, |options| learn(&options, exam, name)), by }
     }
 
     pub(super) fn scored(&self) -> Option<&Scored> {
@@ -88,7 +90,8 @@ impl Trial {
     }
 }
 
-fn learn(options: &Effective, scans: &[ScanRecord], points: &TestPoints, name: String) -> Outcome {
+fn learn(options: &Effective, exam: Exam<'_>, name: String) -> Outcome {
+    let Exam { scans, beams_removed, points } = exam;
     let (mut map, shape) = match options.open().and_then(|map| Ok((map, map::shape(&options.profile)?))) {
         Ok(opened) => opened,
         Err(error) => return Outcome::Refused(error.to_string()),
@@ -106,6 +109,8 @@ fn learn(options: &Effective, scans: &[ScanRecord], points: &TestPoints, name: S
         }
         learned.add(outcome);
     }
+    // They were NaN to the map, but they are not the log's fault.
+    learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(beams_removed as u64);
     // The rows of an update that failed have no objective, and what it would have learned is missing.
     if learned.tiles_failed > 0 {
         return Outcome::Failed(format!("{} updates of a tile failed", learned.tiles_failed));
