@@ -75,7 +75,9 @@ mod tests {
             assert_eq!(changed.number(number), value);
             assert_ne!(start.number(number), value);
             // Its name is the key that a configuration file has for it.
-            assert!(changed.configuration().unwrap().lines().any(|line| line == format!("{} = {value:?}", number.name())));
+            assert!(
+                changed.configuration().unwrap().lines().any(|line| line == format!("{} = {value:?}", number.name()))
+            );
             assert_eq!(changed.with(&[(number, start.number(number))]), Ok(start));
         }
         assert_eq!(start.with(&numbers).unwrap().profile.settings.spacing_m, 0.3);

@@ -46,7 +46,7 @@ pub enum Method {
 pub struct Worth {
     /// The smaller, the better.
     pub score: f64,
-    /// What it costs, in any unit.
+    /// What it costs, in any unit; positive.
     pub cost: f64,
 }
 

@@ -70,7 +70,11 @@ fn of_equal_scores_the_start_wins_and_then_the_cheaper() {
         best(&search(&axes, Method::Grid, f64::INFINITY, judge))[0]
     };
     assert_eq!(pick(|_| 1.0, f64::from), 2.0, "the start, though 1 is cheaper");
-    assert_eq!(pick(|x| if x == 2.0 { 2.0 } else { 1.0 }, |x| -f64::from(x)), 4.0, "the cheapest of the better ones");
+    assert_eq!(
+        pick(|x| if x == 2.0 { 2.0 } else { 1.0 }, |x| 10.0 - f64::from(x)),
+        4.0,
+        "the cheapest of the better ones"
+    );
     assert_eq!(pick(|x| if x == 2.0 { 2.0 } else { 1.0 }, |_| 1.0), 1.0, "the first of the better ones");
 }
 

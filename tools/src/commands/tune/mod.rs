@@ -43,7 +43,9 @@ const MAX_GRID: usize = 10_000;
 /// tiles and scans and divided by the rows learned (an observation is a row in each tile that holds it). It needs no
 /// validation part but judges only what is learned: it compares settings on the same observations, so that --try-gap and
 /// --try-free-spacing, which change those, are refused with it; it is a lower bound, the looser for Jaakkola-Jordan, and
-/// tiles that overlap count an observation more than once.
+/// tiles that overlap count an observation more than once. Every scan is judged by what was known before it, so that it is about
+/// learning a place fast where the NLL is about the map in the end: on a recorded building it chose a prior precision that
+/// predicted held-out beams 3 % worse than the default did. Prefer --by nll where beams can be spared.
 #[derive(Args, Debug)]
 pub(crate) struct Tune {
     /// Scan log (CARMEN), plain or gzip
