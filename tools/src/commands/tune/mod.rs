@@ -37,14 +37,14 @@ const MAX_GRID: usize = 10_000;
 ///
 /// The map options are where the search begins. Without any --try option it looks for the prior precision, and for the
 /// kernel's shape if the kernel has one. The spacing stays unless --try-spacing is given, since it is rather a choice of
-/// cost: finer predicts better on nearly every log, and half of it takes about four times the memory.
+/// cost: finer usually predicts better, and half of it takes about four times the memory.
 ///
 /// The objective is the evidence lower bound that learning maximises, of each update given all scans before it, summed over
 /// tiles and scans and divided by the rows learned (an observation is a row in each tile that holds it). It needs no
 /// validation part but judges only what is learned: it compares settings on the same observations, so that --try-gap and
 /// --try-free-spacing, which change those, are refused with it; it is a lower bound, the looser for Jaakkola-Jordan, and
-/// tiles that overlap count an observation more than once. Every scan is judged by what was known before it, so that it is about
-/// learning a place fast where the NLL is about the map in the end: on a recorded building it chose a prior precision that
+/// tiles that overlap count an observation more than once. Every scan is judged by what was known before it: so it is about
+/// learning a place fast, where the NLL is about the map in the end. On a recorded building it chose a prior precision that
 /// predicted held-out beams 3 % worse than the default did. Prefer --by nll where beams can be spared.
 #[derive(Args, Debug)]
 pub(crate) struct Tune {
