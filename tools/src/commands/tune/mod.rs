@@ -73,7 +73,7 @@ pub(crate) struct Tune {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Most work that the winner may take, as a multiple of the start's: instructions estimated from tiles, rows and passes
-    #[arg(long, default_value_t = 2.0, value_parser = positive, value_name = "X")]
+    #[arg(long, default_value_t = 1.5, value_parser = positive, value_name = "X")]
     max_cost: f64,
     #[command(flatten)]
     look: WhereToLook,
