@@ -1,10 +1,16 @@
-use std::time::{Duration, Instant};
+use std::{
+    borrow::Cow,
+    time::{Duration, Instant},
+};
 
 use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
 use tracing::info;
 
 /// Counts items on standard error while they are taken, where that is a terminal.
-pub(crate) fn over<I: ExactSizeIterator>(items: I, what: &'static str) -> impl Iterator<Item = I::Item> {
+pub(crate) fn over<I: ExactSizeIterator>(
+    items: I,
+    what: impl Into<Cow<'static, str>>,
+) -> impl Iterator<Item = I::Item> {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(items.len() as u64).with_style(style).with_message(what);

@@ -11,6 +11,7 @@ mod query;
 mod render;
 mod replay;
 mod simulate;
+mod tune;
 mod watch;
 
 use crate::output::Output;
@@ -44,5 +45,6 @@ commands! {
     Render in render,
     Info in info,
     Evaluate in evaluate,
+    Tune in tune,
     Completions in completions,
 }

@@ -1,6 +1,7 @@
 //! The options that decide what a map learns, shared by every command that makes one.
 
 mod choice;
+mod number;
 mod values;
 
 use std::{
@@ -13,7 +14,7 @@ use bhm_core::profile::Profile;
 use bhm_host::map::{self, AnyMap};
 use clap::Args;
 
-pub(crate) use self::values::MapValues;
+pub(crate) use self::{number::Number, values::MapValues};
 use crate::output::{self, Usage};
 
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
@@ -56,7 +57,7 @@ impl MapOptions {
             _ => Usage(problem),
         })?;
         if self.print_config {
-            output::print(&toml::to_string(&MapValues::of(&effective))?)?;
+            output::print(&effective.configuration()?)?;
             return Ok(None);
         }
         Ok(Some(effective))
@@ -70,6 +71,11 @@ impl Effective {
     /// [`Usage`] if no map can be made like this.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn AnyMap>> {
         map::open(&self.profile).map_err(|error| Usage(error.to_string()).into())
+    }
+
+    /// A configuration file that means the same.
+    pub(crate) fn configuration(&self) -> anyhow::Result<String> {
+        Ok(toml::to_string(&MapValues::of(self))?)
     }
 }
 
@@ -115,7 +121,7 @@ mod tests {
             &["--profile=paper"][..],
             &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
             &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
-            &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3"],
+            &["--slots=3", "--kernel-shape=1.2", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3"],
         ] {
             let expected = effective(arguments).unwrap();
             fs::write(&path, toml::to_string(&MapValues::of(&expected)).unwrap()).unwrap();

@@ -10,7 +10,7 @@ use clap::{Args, builder::BoolishValueParser};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Effective,
+    Effective, Number,
     choice::{Choice, parser},
 };
 
@@ -31,6 +31,10 @@ pub(crate) struct MapValues {
     /// How far a support reaches
     #[arg(long, env = "BHM_KERNEL", value_parser = parser::<KernelChoice>(), value_name = "NAME")]
     kernel: Option<Choice<KernelChoice>>,
+    /// Square of a kernel's width, in units of spacing^2: the g of exp(-d^2/g). Read by kernels of free width
+    /// (squared-exponential) alone
+    #[arg(long, env = "BHM_KERNEL_SHAPE", value_name = "X")]
+    kernel_shape: Option<f32>,
     /// What a support is centred on: a point, or an area that it averages the kernel over
     #[arg(long, env = "BHM_SUPPORT", value_parser = parser::<SupportChoice>(), value_name = "NAME")]
     support: Option<Choice<SupportChoice>>,
@@ -92,6 +96,7 @@ impl MapValues {
             profile: self.profile.or(other.profile),
             spacing: self.spacing.or(other.spacing),
             kernel: self.kernel.or(other.kernel),
+            kernel_shape: self.kernel_shape.or(other.kernel_shape),
             support: self.support.or(other.support),
             support_size: self.support_size.or(other.support_size),
             support_samples: self.support_samples.or(other.support_samples),
@@ -109,6 +114,17 @@ impl MapValues {
             free_spacing: self.free_spacing.or(other.free_spacing),
             gap: self.gap.or(other.gap),
             slots: self.slots.or(other.slots),
+        }
+    }
+
+    /// Where one of the numbers stands.
+    pub(super) fn number_mut(&mut self, number: Number) -> &mut Option<f32> {
+        match number {
+            Number::Spacing => &mut self.spacing,
+            Number::KernelShape => &mut self.kernel_shape,
+            Number::PriorPrecision => &mut self.prior_precision,
+            Number::FreeSpacing => &mut self.free_spacing,
+            Number::Gap => &mut self.gap,
         }
     }
 
@@ -133,6 +149,7 @@ impl MapValues {
         set(&mut settings.limits.range_max_m, self.range_limit);
         set(&mut settings.limits.no_return_free_m, self.no_return_free);
         set(&mut settings.spacing_m, self.spacing);
+        set(&mut settings.kernel_shape, self.kernel_shape);
         set(&mut settings.passes, self.passes);
         set(&mut settings.prior_precision, self.prior_precision);
         set(&mut settings.bias, self.bias);
@@ -155,6 +172,7 @@ impl MapValues {
             profile: profile::named(profile.name).map(Choice),
             spacing: Some(settings.spacing_m),
             kernel: Some(Choice(settings.kernel)),
+            kernel_shape: Some(settings.kernel_shape),
             support: Some(Choice(settings.support)),
             support_size: Some(settings.support_size),
             support_samples: Some(samples(settings.support_averaging)),

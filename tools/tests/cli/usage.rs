@@ -26,6 +26,23 @@ fn what_is_not_understood_is_code_2() {
         ("evaluate room.log --holdout lasers", "[possible values: beams, points, scans]"),
         ("evaluate room.log --train room.log --test room.log", "cannot be used with"),
         ("evaluate --train room.log", "--test <CSV>"),
+        ("tune room.log", "--output <FILE>"),
+        ("tune room.log -o t.toml --try-spacing 0.2;0.3", "expected `auto`, or numbers with commas between them"),
+        ("tune room.log -o t.toml --try-spacing 0.2,", "invalid value '0.2,' for '--try-spacing <LIST>'"),
+        ("tune room.log -o t.toml --try-colour red", "unexpected argument '--try-colour'"),
+        (
+            "tune room.log -o t.toml --try-kernel-shape auto",
+            "--try-kernel-shape: the kernel cubic-b-spline has no shape",
+        ),
+        ("tune room.log -o t.toml --gap 0 --try-gap auto", "--try-gap: it is 0: nothing to go around"),
+        (
+            "tune room.log -o t.toml --by objective --try-gap 0.1",
+            "other observations, whose objectives cannot be compared",
+        ),
+        ("tune room.log -o t.toml --search grid --rounds 3", "a grid search has no --rounds"),
+        ("tune room.log -o t.toml --fraction 0.5", "expected a number above 0 and below 0.5"),
+        ("tune room.log -o t.toml --max-cost 0", "expected a positive number"),
+        ("tune room.log -o t.toml --kernel-shape=-1", "kernel shape is -1, expected a positive number"),
         ("query m.bhm 1", "<Y>"),
         ("query m.bhm 1 north", "invalid value 'north' for '<Y>'"),
         ("query m.bhm nan 0", "the point (NaN, 0) is not finite"),
@@ -46,7 +63,7 @@ fn what_is_not_understood_is_code_2() {
     ] {
         bench.bhm(arguments).fails(2, &[says]);
     }
-    assert!(!bench.path("m.bhm").exists());
+    assert!(!bench.path("m.bhm").exists() && !bench.path("t.toml").exists());
 }
 
 #[test]

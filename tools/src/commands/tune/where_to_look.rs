@@ -1,0 +1,148 @@
+//! Which numbers are searched for, and where.
+
+use std::{f64::consts::SQRT_2, str::FromStr};
+
+use bhm_tools::search::{Axis, Values};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use super::By;
+use crate::{
+    options::{Effective, Number},
+    output::Usage,
+};
+
+/// In which order candidates are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Search {
+    /// One option after the other, the rest held at the best so far
+    Coordinate,
+    /// Every combination
+    Grid,
+}
+
+/// Values to try: numbers with commas between them, or `auto` for two geometric steps to either side of the best so far.
+#[derive(Clone, Debug, PartialEq)]
+enum List {
+    Auto,
+    Given(Vec<f32>),
+}
+
+/// Each of them: `auto`, or a list such as `0.2,0.25,0.3`.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Where to look (`auto`, or numbers with commas between them)")]
+pub(super) struct WhereToLook {
+    /// Spacings to try, metres; see --max-cost
+    #[arg(long, value_name = "LIST")]
+    try_spacing: Option<List>,
+    /// Kernel shapes to try, for a kernel that has one (squared-exponential)
+    #[arg(long, value_name = "LIST")]
+    try_kernel_shape: Option<List>,
+    /// Prior precisions to try
+    #[arg(long, value_name = "LIST")]
+    try_prior_precision: Option<List>,
+    /// Free spacings to try, metres; not with --by objective
+    #[arg(long, value_name = "LIST")]
+    try_free_spacing: Option<List>,
+    /// Gaps before a hit to try, metres; not with --by objective
+    #[arg(long, value_name = "LIST")]
+    try_gap: Option<List>,
+}
+
+impl FromStr for List {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let number = |part: &str| part.trim().parse::<f32>().ok().filter(|number| number.is_finite());
+        let numbers: Option<Vec<f32>> = text.split(',').map(number).collect();
+        numbers.map(Self::Given).ok_or_else(|| "expected `auto`, or numbers with commas between them".to_owned())
+    }
+}
+
+impl WhereToLook {
+    /// What is searched for and where, beginning at these options.
+    ///
+    /// # Errors
+    /// [`Usage`] for a number that the options do not use, or that this score cannot compare.
+    pub(super) fn axes(&self, start: &Effective, by: By) -> anyhow::Result<(Vec<Number>, Vec<Axis>)> {
+        let mut asked: Vec<(Number, &List, f64)> = Vec::new();
+        // A prior is known by its order of magnitude at best; lengths are known better.
+        for (number, list, factor) in [
+            (Number::Spacing, &self.try_spacing, SQRT_2),
+            (Number::KernelShape, &self.try_kernel_shape, SQRT_2),
+            (Number::PriorPrecision, &self.try_prior_precision, 10.0),
+            (Number::FreeSpacing, &self.try_free_spacing, SQRT_2),
+            (Number::Gap, &self.try_gap, SQRT_2),
+        ] {
+            asked.extend(list.as_ref().map(|list| (number, list, factor)));
+        }
+        if asked.is_empty() {
+            if start.has_kernel_shape() {
+                asked.push((Number::KernelShape, &List::Auto, SQRT_2));
+            }
+            asked.push((Number::PriorPrecision, &List::Auto, 10.0));
+        }
+        let mut axes = Vec::new();
+        for (number, list, factor) in &asked {
+            let (name, value) = (number.name(), start.number(*number));
+            let kernel = start.profile.settings.kernel.name();
+            let problem = match number {
+                Number::KernelShape if !start.has_kernel_shape() => Some(format!("the kernel {kernel} has no shape")),
+                Number::FreeSpacing | Number::Gap if by == By::Objective => {
+                    Some("another value makes other observations, whose objectives cannot be compared".to_owned())
+                }
+                _ if **list == List::Auto && value <= 0.0 => Some(format!("it is {value}: nothing to go around")),
+                _ => None,
+            };
+            if let Some(problem) = problem {
+                return Err(Usage(format!("--try-{name}: {problem}")).into());
+            }
+            let values = match list {
+                List::Auto => Values::Around { factor: *factor },
+                List::Given(values) => Values::Given(values.clone()),
+            };
+            axes.push(Axis { start: value, values });
+        }
+        Ok((asked.iter().map(|(number, ..)| *number).collect(), axes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bhm_core::{kernel::KernelChoice, profile};
+
+    fn start(kernel: KernelChoice) -> Effective {
+        let mut profile = profile::COMPACT;
+        profile.settings = profile.settings.with_kernel(kernel);
+        Effective { profile, max_range_m: None }
+    }
+
+    #[test]
+    fn lists_are_numbers_or_auto() {
+        assert_eq!("0.2,0.25, 3e-1".parse(), Ok(List::Given(vec![0.2, 0.25, 0.3])));
+        assert_eq!("auto".parse(), Ok(List::Auto));
+        for text in ["", "0.2,", "0.2;0.3", "nan", "1,inf", "Auto"] {
+            assert!(text.parse::<List>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn by_default_the_prior_is_searched_and_the_shape_where_there_is_one() {
+        let numbers = |kernel| WhereToLook::default().axes(&start(kernel), By::Nll).unwrap().0;
+        assert_eq!(numbers(KernelChoice::CubicBSpline), [Number::PriorPrecision]);
+        assert_eq!(numbers(KernelChoice::SquaredExponential), [Number::KernelShape, Number::PriorPrecision]);
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_searched_and_from_where_the_options_are() {
+        let look = WhereToLook { try_gap: Some(List::Given(vec![0.0, 0.2])), ..WhereToLook::default() };
+        let (numbers, axes) = look.axes(&start(KernelChoice::CubicBSpline), By::Nll).unwrap();
+        assert_eq!(numbers, [Number::Gap]);
+        assert_eq!(axes, [Axis { start: 0.1, values: Values::Given(vec![0.0, 0.2]) }]);
+    }
+}
