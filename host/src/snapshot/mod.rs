@@ -31,14 +31,14 @@ mod settings;
 mod tests;
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 pub use decode::decode;
 pub(crate) use encode::write;
 pub use error::{MapFileError, SnapshotError};
 
-use crate::map::AnyMap;
+use crate::{map::AnyMap, replace::replace};
 
 /// The format version that is written, and the only one that is read.
 pub const VERSION: u32 = 2;
@@ -75,22 +75,7 @@ pub struct Snapshot {
 /// If the file cannot be written.
 pub fn save(path: &Path, map: &dyn AnyMap, extras: &Extras) -> Result<(), MapFileError> {
     let unwritable = |source| MapFileError::Unwritable { path: path.to_owned(), source };
-    // In the same folder, since a rename is atomic only within one file system.
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Like any file a program writes (the umask applies); temporary files are private by default.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder).map_err(unwritable)?;
-    let mut buffered = BufWriter::new(file.as_file_mut());
-    map.write_snapshot(extras, &mut buffered).and_then(|()| buffered.flush()).map_err(unwritable)?;
-    drop(buffered);
-    file.as_file().sync_all().map_err(unwritable)?;
-    file.persist(path).map_err(|error| unwritable(error.error))?;
-    Ok(())
+    replace(path, |to| map.write_snapshot(extras, to)).map_err(unwritable)
 }
 
 /// Reads a map file.
