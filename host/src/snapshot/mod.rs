@@ -6,7 +6,8 @@
 //!      8      4  format version, little-endian like every number here
 //!     12      8  length of the file
 //!     20      4  length of the header
-//!     24      …  header, postcard: shape, settings, capacities, profile, path, counters, and a key for each tile
+//!     24      …  header, postcard: shape, settings, capacities, learned supports if any, profile, path, counters, and a
+//!                key for each tile
 //!      …      …  one record for each tile, in the order of the keys, ascending by index: all numbers of its posterior
 //!     -4      4  CRC-32 of everything before it
 //! ```
@@ -19,7 +20,11 @@
 //! A file is not trusted: lengths and capacities are checked before anything is allocated by them, numbers before they are
 //! used. [`decode`] takes any bytes without panicking.
 //!
-//! The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
+//! Learned supports are part of what a map says, so that a map file holds them whole (see [`supports`](crate::supports)): it
+//! needs no other file to be asked or continued.
+//!
+//! Version 2 has settings of supports, beam rules and segments, choices by name, and learned supports; version 1 had none
+//! of these. The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
 
 mod decode;
 mod encode;

@@ -23,6 +23,8 @@ mod file;
 mod intern;
 mod table;
 #[cfg(test)]
+pub(crate) mod test_supports;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use coding::{Coded, Kinds};

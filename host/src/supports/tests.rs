@@ -13,15 +13,8 @@ use proptest::test_runner::RngSeed;
 use super::file::{CHECKSUM_BYTES, MAGIC, PREFIX_BYTES};
 use super::*;
 
-/// Every kind of support there is, in several sizes, over a window of 3 by 4 nodes.
-pub(crate) fn some() -> LearnedSupports {
-    let kinds = SupportChoice::ALL.len();
-    let supports = (0..12).map(|number| {
-        let averaging = if number % 2 == 0 { Averaging::Exact } else { Averaging::Samples(3) };
-        let size = 0.2 + 0.01 * number as f32;
-        SupportChoice::ALL[number % kinds].build(&SupportParameters { spacing_m: 0.5, size, averaging })
-    });
-    learned(supports.collect())
+fn some() -> LearnedSupports {
+    test_supports::some().clone()
 }
 
 fn learned(supports: Vec<AnySupport<2>>) -> LearnedSupports {
