@@ -1,4 +1,5 @@
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use iceoryx2::prelude as iox;
 
@@ -76,7 +77,7 @@ impl Domain {
             .signal_handling_mode(iox::SignalHandlingMode::Disabled)
             .create::<iox::ipc::Service>()
             .map_err(|cause| IpcError::Join { root: self.root_text(), cause: format!("{cause:?}") })?;
-        Ok(Participant { node, domain: self.clone() })
+        Ok(Participant { node: Rc::new(node), domain: self.clone() })
     }
 
     pub(super) fn root_text(&self) -> String {
@@ -98,10 +99,10 @@ impl Domain {
     }
 }
 
-/// A process's membership of a [`Domain`], on which it opens its ports.
-#[derive(Debug)]
+/// A process's membership of a [`Domain`], on which it opens its ports. Copies are the same membership.
+#[derive(Clone, Debug)]
 pub struct Participant {
-    pub(super) node: iox::Node<iox::ipc::Service>,
+    pub(super) node: Rc<iox::Node<iox::ipc::Service>>,
     pub(super) domain: Domain,
 }
 

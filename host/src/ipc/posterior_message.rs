@@ -10,9 +10,10 @@ use bhm_core::{
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{
-    PosteriorNews,
+    PosteriorNews, SupportsRejected,
     wire::{Name, PlainNumbers, name_of, text_of},
 };
+use crate::supports::{LearnedSupports, table_of};
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
@@ -75,6 +76,10 @@ pub struct PosteriorHeader {
     pub tile_stride: [u32; 2],
     /// With [`PosteriorHeader::BOUNDED`], how many tiles there are along each axis; else 0.
     pub tile_count: [u32; 2],
+    /// The [digest](crate::supports::LearnedSupports::digest) of the supports of their own that nodes have; 0 for none.
+    pub supports_digest: u32,
+    /// Zero.
+    pub reserved: u32,
     /// The kernel's name, UTF-8, filled up with zeros.
     pub kernel: Name,
     /// The support's name, UTF-8, filled up with zeros.
@@ -125,7 +130,7 @@ pub enum PosteriorRejected {
         /// Its layout.
         found: u32,
     },
-    /// It has flags that mean nothing.
+    /// It has flags or reserved words that mean nothing.
     #[error("unknown flags {found:#x}")]
     Flags {
         /// Its flags.
@@ -162,6 +167,15 @@ pub enum PosteriorRejected {
     /// The support is not known here.
     #[error("unknown support")]
     Support,
+    /// Its supports are not here (yet).
+    #[error("the posterior's supports ({digest:08x}) have not arrived")]
+    SupportsMissing {
+        /// Their digest.
+        digest: u32,
+    },
+    /// Its supports arrived and cannot be used.
+    #[error("the posterior's supports: {0}")]
+    Supports(#[from] SupportsRejected),
     /// The sensor's pose is not finite.
     #[error("the sensor's pose is not finite")]
     Pose,
@@ -194,7 +208,13 @@ impl PosteriorHeader {
         self.flags & Self::ENDED != 0
     }
 
-    pub(super) fn write(&mut self, settings: &Settings, shape: (usize, usize), news: &PosteriorNews) {
+    pub(super) fn write(
+        &mut self,
+        settings: &Settings,
+        supports: Option<&LearnedSupports>,
+        shape: (usize, usize),
+        news: &PosteriorNews,
+    ) {
         let flag = |set, flag| if set { flag } else { 0 };
         let (source, scan_sequence) = news.handled.unwrap_or((0, 0));
         *self = Self {
@@ -226,13 +246,15 @@ impl PosteriorHeader {
             tile_width: settings.tile_width.map(|width| width as u32),
             tile_stride: settings.tile_stride.map(|stride| stride as u32),
             tile_count: settings.tile_count.unwrap_or([0; 2]).map(|count| count as u32),
+            supports_digest: supports.map_or(0, LearnedSupports::digest),
             kernel: name_of(settings.kernel.name()),
             support: name_of(settings.support.name()),
             ..Self::default()
         };
     }
 
-    /// The functions that the posterior was made with, if header and tiles can be used.
+    /// The functions that the posterior was made with, if header and tiles can be used and `supports` are those that the
+    /// header names.
     ///
     /// What is inside a tile is not looked at: numbers that are not finite give answers that are not, and nothing worse.
     ///
@@ -241,6 +263,7 @@ impl PosteriorHeader {
     pub fn check<const M: usize, const B: usize>(
         &self,
         tiles: &[PosteriorTile<M, B>],
+        supports: Option<&'static LearnedSupports>,
     ) -> Result<Model<'static>, PosteriorRejected> {
         if self.magic != Self::MAGIC {
             return Err(PosteriorRejected::Magic { found: self.magic });
@@ -250,6 +273,9 @@ impl PosteriorHeader {
         }
         if self.flags & !(Self::ENDED | Self::BIAS | Self::BOUNDED) != 0 {
             return Err(PosteriorRejected::Flags { found: self.flags });
+        }
+        if self.reserved != 0 {
+            return Err(PosteriorRejected::Flags { found: self.reserved });
         }
         if self.mapper == 0 || self.sequence == 0 {
             return Err(PosteriorRejected::Unnumbered);
@@ -268,7 +294,14 @@ impl PosteriorHeader {
         if !self.map_from_sensor().is_finite() {
             return Err(PosteriorRejected::Pose);
         }
-        let model = self.settings()?.model()?;
+        let settings = self.settings()?;
+        let supports = match (self.supports_digest, supports) {
+            (0, _) => None,
+            (digest, Some(supports)) if supports.digest() == digest => Some(supports),
+            (digest, _) => return Err(PosteriorRejected::SupportsMissing { digest }),
+        };
+        supports.map_or(Ok(()), |supports| supports.matches(&settings)).map_err(SupportsRejected::from)?;
+        let model = settings.model_with(table_of(supports))?;
         model.tiling.check(M, B).map_err(SettingsError::from)?;
         Ok(model)
     }

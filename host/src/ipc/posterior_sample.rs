@@ -6,6 +6,14 @@ use bhm_core::{
 use iceoryx2::sample::Sample;
 
 use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, service::Ipc};
+use crate::supports::LearnedSupports;
+
+/// A posterior that cannot be used, perhaps only not yet.
+#[derive(Debug)]
+pub(super) struct Refused<const M: usize, const B: usize> {
+    pub(super) sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    pub(super) why: PosteriorRejected,
+}
 
 /// A posterior that passed the checks, borrowed from shared memory until this is dropped. Queries run on it in place.
 ///
@@ -19,9 +27,12 @@ pub struct PosteriorSample<const M: usize, const B: usize> {
 impl<const M: usize, const B: usize> PosteriorSample<M, B> {
     pub(super) fn check(
         sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
-    ) -> Result<Self, PosteriorRejected> {
-        let model = sample.user_header().check(sample.payload())?;
-        Ok(Self { sample, model })
+        supports: Option<&'static LearnedSupports>,
+    ) -> Result<Self, Refused<M, B>> {
+        match sample.user_header().check(sample.payload(), supports) {
+            Ok(model) => Ok(Self { sample, model }),
+            Err(why) => Err(Refused { sample, why }),
+        }
     }
 
     /// Whose it is and how new.

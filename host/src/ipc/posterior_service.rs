@@ -4,13 +4,18 @@ use bhm_core::{geometry::Pose, mapper::Mapper};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::sample::Sample;
 
 use super::service::{
     Ipc, MAX_NODES, Sleeper, Waker, open_error, open_or_create_error, persistently, publisher_error, service_name,
     subscriber_error,
 };
 use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile, Received};
-use super::{shared_memory, wire};
+use super::{
+    posterior_sample::Refused, shared_memory, supports_reader::SupportsReader, supports_service::SupportsPublisher,
+    wire,
+};
+use crate::supports::LearnedSupports;
 
 const SERVICE: &str = "posterior";
 
@@ -47,6 +52,8 @@ pub struct PosteriorNews {
 #[derive(Debug)]
 pub struct PosteriorPublisher<const M: usize, const B: usize> {
     publisher: Publisher<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    /// The supports of their own that nodes of the map have, and who hands them out.
+    supports: Option<(SupportsPublisher, &'static LearnedSupports)>,
     waker: Waker,
     mapper: u64,
     sequence: u64,
@@ -62,11 +69,30 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     /// [`IpcError::SharedMemory`] if there is no room, [`IpcError::AlreadyRunning`] if there is another mapper,
     /// [`IpcError::Incompatible`] if readers of another shape of tile are still waiting.
     pub fn open(participant: &Participant, mapper: u64, slots: usize, consumers: usize) -> Result<Self, IpcError> {
+        Self::open_with(participant, mapper, slots, consumers, None)
+    }
+
+    /// The same for a map of which nodes have supports of their own: readers get those before the first posterior.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_with(
+        participant: &Participant,
+        mapper: u64,
+        slots: usize,
+        consumers: usize,
+        supports: Option<&'static LearnedSupports>,
+    ) -> Result<Self, IpcError> {
         let name = service_name(SERVICE)?;
         let (slots, consumers) = (slots.max(1), consumers.max(1));
         let chunks = consumers * (BUFFER + BORROWED) + HISTORY + LOANED;
         let tiles_bytes = slots * size_of::<PosteriorTile<M, B>>();
         shared_memory::check_free((chunks * (tiles_bytes + size_of::<PosteriorHeader>())) as u64)?;
+        // First, so that a reader which finds the posterior finds them.
+        let supports = match supports {
+            Some(supports) => Some((SupportsPublisher::open(participant, supports, consumers)?, supports)),
+            None => None,
+        };
         let service = persistently(participant, || {
             participant
                 .node
@@ -88,7 +114,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
             builder.create().map_err(|cause| publisher_error(participant, SERVICE, "mapper", cause))
         })?;
         shared_memory::reserve(&participant.domain)?;
-        Ok(Self { publisher, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
+        Ok(Self { publisher, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
     }
 
     /// Publishes the mapper's resident tiles as they are now, and answers the publication's number.
@@ -104,7 +130,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
             wire::in_place(slot).write(tile);
         }
         let header = loan.user_header_mut();
-        header.write(mapper.settings(), (M, B), news);
+        header.write(mapper.settings(), self.supports.as_ref().map(|(_, supports)| *supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;
         header.stamp_ns = mapper.newest_stamp_ns();
@@ -114,6 +140,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
         let sample = unsafe { loan.assume_init() };
         sample.send().map_err(|cause| IpcError::failed(SERVICE, "a posterior was not sent", cause))?;
         self.sequence += 1;
+        self.greet_with_supports()?;
         self.waker.wake();
         Ok(self.sequence)
     }
@@ -125,14 +152,24 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     pub fn greet(&self) -> Result<(), IpcError> {
         self.publisher
             .update_connections()
-            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))
+            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))?;
+        self.greet_with_supports()
+    }
+
+    /// After the posterior: a reader opens its port for supports before the one for posteriors, so that whoever got the
+    /// posterior is reached.
+    fn greet_with_supports(&self) -> Result<(), IpcError> {
+        self.supports.as_ref().map_or(Ok(()), |(publisher, _)| publisher.greet())
     }
 }
 
 /// Reads posteriors where they lie.
 #[derive(Debug)]
 pub struct PosteriorSubscriber<const M: usize, const B: usize> {
+    /// A posterior that came before its supports, kept until it is replaced or they are there: nobody sends it again.
+    waiting: Option<Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>>,
     subscriber: Subscriber<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    supports: SupportsReader,
     sleeper: Sleeper,
 }
 
@@ -153,30 +190,63 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
                 .open()
                 .map_err(|cause| open_error(participant, SERVICE, cause))
         })?;
-        let subscriber = service.subscriber_builder().create().map_err(|cause| subscriber_error(SERVICE, cause))?;
-        Ok(Self { subscriber, sleeper: Sleeper::new(participant, SERVICE)? })
+        let create = || service.subscriber_builder().create().map_err(|cause| subscriber_error(SERVICE, cause));
+        // First, so that a mapper which reaches this reader with a posterior reaches it with the supports as well.
+        let supports = SupportsReader::open(participant)?;
+        Ok(Self { waiting: None, subscriber: create()?, supports, sleeper: Sleeper::new(participant, SERVICE)? })
     }
 
     /// The newest posterior since the last call, waiting for it at most as long as said (and never longer than 50 ms).
     ///
-    /// A reader may hold two; it drops one to receive a third.
+    /// One whose supports have not arrived is [refused](PosteriorRejected::SupportsMissing) once, and given when they have,
+    /// unless a newer one came meanwhile. A reader may hold two; it drops one to receive a third.
     ///
     /// # Errors
     /// If iceoryx2 failed.
     pub fn receive(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
-        if let Some(sample) = self.take()? {
-            return Ok(Some(sample));
+        if let Some(usable) = self.take()? {
+            return Ok(Some(usable));
         }
-        if patience.is_zero() {
-            return Ok(None);
+        if !patience.is_zero() && self.waiting.is_none() {
+            self.sleeper.sleep(patience)?;
+            return self.take();
         }
-        self.sleeper.sleep(patience)?;
-        self.take()
+        Ok(None)
     }
 
-    fn take(&self) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
-        let sample = self.subscriber.receive();
-        let sample = sample.map_err(|cause| IpcError::failed(SERVICE, "a posterior was not received", cause))?;
-        Ok(sample.map(PosteriorSample::check))
+    fn take(&mut self) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
+        let failed = |cause| IpcError::failed(SERVICE, "a posterior was not received", cause);
+        let kept = match self.waiting.take() {
+            // Given back before a newer one is taken, so that a reader can hold as many as it was promised.
+            Some(old) if self.subscriber.has_samples().map_err(failed_connection)? => {
+                drop(old);
+                None
+            }
+            kept => kept,
+        };
+        let known = kept.is_some();
+        let sample = match kept {
+            Some(kept) => Some(kept),
+            None => self.subscriber.receive().map_err(failed)?,
+        };
+        let Some(sample) = sample else { return Ok(None) };
+        let supports = self.supports.named(sample.user_header().supports_digest)?;
+        let supports = match supports {
+            Ok(supports) => supports,
+            Err(rejected) => return Ok(Some(Err(rejected.into()))),
+        };
+        match PosteriorSample::check(sample, supports) {
+            Ok(posterior) => Ok(Some(Ok(posterior))),
+            Err(Refused { sample, why: why @ PosteriorRejected::SupportsMissing { .. } }) => {
+                self.waiting = Some(sample);
+                // Said once for each posterior.
+                Ok((!known).then_some(Err(why)))
+            }
+            Err(Refused { why, .. }) => Ok(Some(Err(why))),
+        }
     }
+}
+
+fn failed_connection(cause: impl std::fmt::Debug) -> IpcError {
+    IpcError::failed(SERVICE, "a mapper was not reached", cause)
 }

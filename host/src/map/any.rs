@@ -5,17 +5,26 @@ use bhm_core::{
     mapper::{IntegrateReport, ScanRejected},
     profile::{Capacities, Profile},
     scan::Scan,
-    settings::{Settings, SettingsError},
+    settings::{Model, Settings, SettingsError},
     tile::{Occupancy, OccupancyGradient, TileIndex},
 };
 
 use super::{CapacityError, OwnedMapper, PosteriorDigest, posterior_digest};
-use crate::snapshot::{self, Extras};
+use crate::{
+    snapshot::{self, Extras},
+    supports::{LearnedSupports, SupportsError},
+};
 
 /// A map of any compiled shape, for programs that learn its shape at run time.
 pub trait AnyMap: Send {
     /// What it was made with.
     fn settings(&self) -> &Settings;
+
+    /// The supports of their own that some nodes have.
+    fn supports(&self) -> Option<&'static LearnedSupports>;
+
+    /// The functions that queries use: those of the settings, with these supports.
+    fn model(&self) -> Model<'static>;
 
     /// How much memory it was given.
     fn capacities(&self) -> &Capacities;
@@ -66,6 +75,14 @@ pub trait AnyMap: Send {
 impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
     fn settings(&self) -> &Settings {
         self.mapper().settings()
+    }
+
+    fn supports(&self) -> Option<&'static LearnedSupports> {
+        self.supports()
+    }
+
+    fn model(&self) -> Model<'static> {
+        self.model()
     }
 
     fn capacities(&self) -> &Capacities {
@@ -126,6 +143,9 @@ pub enum UnknownShape {
     /// The settings contradict themselves.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// Learned supports that are not this map's.
+    #[error(transparent)]
+    Supports(#[from] SupportsError),
     /// More memory than a map may ask for.
     #[error(transparent)]
     Capacity(#[from] CapacityError),
@@ -157,10 +177,21 @@ pub fn shape(profile: &Profile) -> Result<(usize, usize), UnknownShape> {
 /// # Errors
 /// Settings that contradict themselves, need a shape that is not compiled in, or ask for too much memory.
 pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
+    open_with(profile, None)
+}
+
+/// An empty map of the profile's shape, with supports of their own for some nodes.
+///
+/// # Errors
+/// As [`open`]; also if the supports were learned on another lattice, or reach beyond the stencil.
+pub fn open_with(
+    profile: &Profile,
+    supports: Option<&'static LearnedSupports>,
+) -> Result<Box<dyn AnyMap>, UnknownShape> {
     macro_rules! open_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
             match shape(profile)? {
-                $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::new(profile)?)),)*
+                $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::with_supports(profile, supports)?)),)*
                 (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }),
             }
         };

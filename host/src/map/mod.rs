@@ -7,7 +7,7 @@ mod capacity;
 mod digest;
 mod owned;
 
-pub use any::{AnyMap, UnknownShape, open, shape};
+pub use any::{AnyMap, UnknownShape, open, open_with, shape};
 pub use archive::TileArchive;
 pub(crate) use capacity::check as check_capacities;
 pub use capacity::{CapacityError, MAX_TILE_BYTES};

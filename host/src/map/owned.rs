@@ -8,12 +8,12 @@ use bhm_core::{
     posterior::{Entry, PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::Scan,
-    settings::SettingsError,
-    support::SupportTable,
+    settings::{Model, SettingsError},
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };
 
-use super::TileArchive;
+use super::{TileArchive, UnknownShape};
+use crate::supports::{LearnedSupports, table_of};
 
 /// A value that is plain numbers: all-zero bytes are valid.
 ///
@@ -65,7 +65,7 @@ impl<const M: usize, const B: usize> Storage<M, B> {
         }
     }
 
-    fn lend(&mut self) -> Memory<'_, M, B> {
+    fn lend(&mut self, supports: Option<&'static LearnedSupports>) -> Memory<'_, M, B> {
         Memory {
             tiles: &mut self.tiles,
             directory: &mut self.directory,
@@ -75,7 +75,7 @@ impl<const M: usize, const B: usize> Storage<M, B> {
             touched: &mut self.touched,
             entries: &mut self.entries,
             states: &mut self.states,
-            supports: SupportTable::EMPTY,
+            supports: table_of(supports),
         }
     }
 
@@ -97,6 +97,8 @@ pub struct OwnedMapper<const M: usize, const B: usize> {
     mapper: Mapper<'static, M, B>,
     archive: TileArchive<M, B>,
     storage: NonNull<Storage<M, B>>,
+    supports: Option<&'static LearnedSupports>,
+    model: Model<'static>,
     capacities: Capacities,
     bytes: usize,
 }
@@ -107,18 +109,37 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// # Errors
     /// Settings that contradict themselves or do not fit `M` and `B`.
     pub fn new(profile: &Profile) -> Result<Self, SettingsError> {
+        Self::build(profile, None)
+    }
+
+    /// The same with supports of their own for some nodes.
+    ///
+    /// # Errors
+    /// Also if the supports were learned on another lattice.
+    pub fn with_supports(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Result<Self, UnknownShape> {
+        supports.map_or(Ok(()), |supports| supports.matches(&profile.settings))?;
+        Ok(Self::build(profile, supports)?)
+    }
+
+    fn build(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Result<Self, SettingsError> {
         // Checked before anything is sized by it.
-        profile.settings.model()?;
+        let model = profile.settings.model_with(table_of(supports))?;
         let storage = Box::new(Storage::new(&profile.capacities, profile.settings.stencil));
         let bytes = storage.bytes();
         let storage = NonNull::from(Box::leak(storage));
         // SAFETY: the storage was just leaked, so this is the only borrow of it; it lives until `drop`, which happens after
         // the last use of the mapper, and no method hands the mapper out with the lifetime 'static.
-        let memory = unsafe { (*storage.as_ptr()).lend() };
+        let memory = unsafe { (*storage.as_ptr()).lend(supports) };
         match Mapper::new(profile.settings, memory) {
-            Ok(mapper) => {
-                Ok(Self { mapper, archive: TileArchive::default(), storage, capacities: profile.capacities, bytes })
-            }
+            Ok(mapper) => Ok(Self {
+                mapper,
+                archive: TileArchive::default(),
+                storage,
+                supports,
+                model,
+                capacities: profile.capacities,
+                bytes,
+            }),
             Err(error) => {
                 // SAFETY: leaked above, and the mapper that borrowed it does not exist.
                 drop(unsafe { Box::from_raw(storage.as_ptr()) });
@@ -143,6 +164,18 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     #[must_use]
     pub fn capacities(&self) -> &Capacities {
         &self.capacities
+    }
+
+    /// The supports of their own that some nodes have.
+    #[must_use]
+    pub fn supports(&self) -> Option<&'static LearnedSupports> {
+        self.supports
+    }
+
+    /// The functions that queries use.
+    #[must_use]
+    pub fn model(&self) -> Model<'static> {
+        self.model
     }
 
     /// Every tile, resident or archived, in ascending order of index.

@@ -6,6 +6,7 @@ use super::{CHECKSUM_BYTES, Extras, MAGIC, PREFIX_BYTES, Snapshot, SnapshotError
 use crate::{
     dataset::describe,
     map::{OwnedMapper, UnknownShape, check_capacities, zeroed_box},
+    supports::{Coded, LearnedSupports},
 };
 
 /// The bytes before the header.
@@ -101,9 +102,15 @@ fn build(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
 }
 
 fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
-    let Header { settings, capacities, profile, path_m, scans, newest_stamp_ns, tiles, .. } = header;
+    let Header { settings, capacities, supports, profile, path_m, scans, newest_stamp_ns, tiles, .. } = header;
     let named = Profile { name: "", purpose: "", settings, capacities };
-    let mut map = OwnedMapper::<M, B>::new(&named).map_err(UnknownShape::from)?;
+    let supports = supports.map(Coded::supports).transpose().map_err(UnknownShape::from)?;
+    // Leaked once it is known that a map can be made with them: not for a file that is only a trial.
+    if let Some(supports) = &supports {
+        supports.matches(&settings).map_err(UnknownShape::from)?;
+        settings.model_with(supports.table()).map_err(UnknownShape::from)?;
+    }
+    let mut map = OwnedMapper::<M, B>::with_supports(&named, supports.map(LearnedSupports::interned))?;
     map.resume(scans, newest_stamp_ns, []);
     let mut keyed: Vec<_> = tiles.iter().zip(records.chunks_exact(record::record_bytes(M, B))).collect();
     // The store evicts the least recently touched, the lowest index first: what it held are the last in that order.

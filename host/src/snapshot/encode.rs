@@ -5,7 +5,7 @@ use super::{
     header::{Header, TileKey},
     record,
 };
-use crate::map::OwnedMapper;
+use crate::{map::OwnedMapper, supports::Coded};
 
 /// Writes a map in the format of this module.
 pub(crate) fn write<const M: usize, const B: usize>(
@@ -19,6 +19,7 @@ pub(crate) fn write<const M: usize, const B: usize>(
         shape: [M as u32, B as u32],
         settings: *mapper.settings(),
         capacities: *map.capacities(),
+        supports: map.supports().map(Coded::of),
         profile: extras.profile.clone(),
         path_m: extras.path_m.clone(),
         scans: mapper.scans(),

@@ -11,6 +11,7 @@ use super::{
     SnapshotError,
     settings::{CapacitiesDef, SettingsDef},
 };
+use crate::supports::Coded;
 
 /// Widest tile, in supports a side, that is considered at all: far beyond any that is compiled, so that sizes cannot overflow.
 const MAX_SIDE: usize = 1 << 12;
@@ -27,6 +28,8 @@ pub(super) struct Header {
     pub(super) settings: Settings,
     #[serde(with = "CapacitiesDef")]
     pub(super) capacities: Capacities,
+    /// Supports of their own that some nodes have.
+    pub(super) supports: Option<Coded>,
     pub(super) profile: String,
     pub(super) path_m: Vec<[f32; 2]>,
     pub(super) scans: u64,

@@ -6,7 +6,8 @@
 //!      8      4  format version, little-endian like every number here
 //!     12      8  length of the file
 //!     20      4  length of the header
-//!     24      …  header, postcard: shape, settings, capacities, profile, path, counters, and a key for each tile
+//!     24      …  header, postcard: shape, settings, capacities, learned supports if any, profile, path, counters, and a
+//!                key for each tile
 //!      …      …  one record for each tile, in the order of the keys, ascending by index: all numbers of its posterior
 //!     -4      4  CRC-32 of everything before it
 //! ```
@@ -19,7 +20,11 @@
 //! A file is not trusted: lengths and capacities are checked before anything is allocated by them, numbers before they are
 //! used. [`decode`] takes any bytes without panicking.
 //!
-//! The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
+//! Learned supports are part of what a map says, so that a map file holds them whole (see [`supports`](crate::supports)): it
+//! needs no other file to be asked or continued.
+//!
+//! Version 2 has settings of supports, beam rules and segments, choices by name, and learned supports; version 1 had none
+//! of these. The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
 
 mod decode;
 mod encode;
@@ -31,14 +36,14 @@ mod settings;
 mod tests;
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 pub use decode::decode;
 pub(crate) use encode::write;
 pub use error::{MapFileError, SnapshotError};
 
-use crate::map::AnyMap;
+use crate::{map::AnyMap, replace::replace};
 
 /// The format version that is written, and the only one that is read.
 pub const VERSION: u32 = 2;
@@ -75,22 +80,7 @@ pub struct Snapshot {
 /// If the file cannot be written.
 pub fn save(path: &Path, map: &dyn AnyMap, extras: &Extras) -> Result<(), MapFileError> {
     let unwritable = |source| MapFileError::Unwritable { path: path.to_owned(), source };
-    // In the same folder, since a rename is atomic only within one file system.
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Like any file a program writes (the umask applies); temporary files are private by default.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder).map_err(unwritable)?;
-    let mut buffered = BufWriter::new(file.as_file_mut());
-    map.write_snapshot(extras, &mut buffered).and_then(|()| buffered.flush()).map_err(unwritable)?;
-    drop(buffered);
-    file.as_file().sync_all().map_err(unwritable)?;
-    file.persist(path).map_err(|error| unwritable(error.error))?;
-    Ok(())
+    replace(path, |to| map.write_snapshot(extras, to)).map_err(unwritable)
 }
 
 /// Reads a map file.

@@ -13,6 +13,7 @@ use proptest::test_runner::RngSeed;
 use super::*;
 use crate::map::{self, PosteriorDigest};
 use crate::sim::Scene;
+use crate::supports::{LearnedSupports, test_supports};
 
 fn extras() -> Extras {
     Extras { profile: "compact".to_owned(), path_m: vec![[0.5, -1.0], [0.75, -1.25]] }
@@ -20,7 +21,11 @@ fn extras() -> Extras {
 
 /// A map of a few tiles, and the bytes of its file.
 fn small(points: usize) -> (Box<dyn AnyMap>, Vec<u8>) {
-    let mut map = map::open(&profile::COMPACT).unwrap();
+    small_with(points, None)
+}
+
+fn small_with(points: usize, supports: Option<&'static LearnedSupports>) -> (Box<dyn AnyMap>, Vec<u8>) {
+    let mut map = map::open_with(&fitted(&profile::COMPACT, supports), supports).unwrap();
     let points_m: Vec<Point<2>> = (0..points).map(|i| Point::<2>::new(2.0 + 0.01 * i as f32, 2.0)).collect();
     let occupied: Vec<bool> = (0..points).map(|i| i % 3 == 0).collect();
     map.integrate_points(&points_m, &occupied).unwrap();
@@ -50,11 +55,21 @@ fn problem(bytes: &[u8]) -> SnapshotError {
     decode(bytes).err().expect("no usable map")
 }
 
+/// The profile with the stencil that its supports need.
+fn fitted(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Profile {
+    let settings = supports.map_or(profile.settings, |supports| profile.settings.fitted(supports.table()));
+    Profile { settings, ..*profile }
+}
+
 /// Drives half of a simulated route, goes through a file or not, and drives the rest.
-fn half_and_half(profile: &Profile, through_file: Option<&Path>) -> (PosteriorDigest, Vec<String>, Vec<u8>) {
+fn half_and_half(
+    profile: &Profile,
+    supports: Option<&'static LearnedSupports>,
+    through_file: Option<&Path>,
+) -> (PosteriorDigest, Vec<String>, Vec<u8>) {
     let scans: Vec<_> = Scene::named("building").unwrap().simulate(3).step_by(40).collect();
     let (first, second) = scans.split_at(scans.len() / 2);
-    let mut map = map::open(profile).unwrap();
+    let mut map = map::open_with(profile, supports).unwrap();
     for scan in first {
         map.integrate(&scan.as_scan()).unwrap();
     }
@@ -65,6 +80,11 @@ fn half_and_half(profile: &Profile, through_file: Option<&Path>) -> (PosteriorDi
         assert_eq!((snapshot.map.progress(), snapshot.map.tile_counts()), (map.progress(), map.tile_counts()));
         assert_eq!((snapshot.map.settings(), snapshot.map.capacities()), (map.settings(), map.capacities()));
         assert_eq!(snapshot.map.tile_indices(), map.tile_indices());
+        assert_eq!((snapshot.map.supports(), snapshot.map.model()), (map.supports(), map.model()));
+        for step in 0..500 {
+            let at = Point::<2>::new(step as f32 * 0.05 - 20.0, (step % 23) as f32 * 0.3 - 3.0);
+            assert_eq!(snapshot.map.gradient(&at), map.gradient(&at));
+        }
         map = snapshot.map;
     }
     let reports = second.iter().map(|scan| format!("{:?}", map.integrate(&scan.as_scan()).unwrap())).collect();
@@ -77,12 +97,17 @@ fn a_loaded_map_goes_on_as_if_never_saved() {
     let path = folder.path().join("half.bhm");
     let wide = profile::COMPACT.settings.with_kernel(KernelChoice::SquaredExponential);
     let biased = Profile { settings: bhm_core::settings::Settings { bias: true, ..wide }, ..profile::COMPACT };
-    for profile in [profile::COMPACT, biased] {
+    let learned = Some(test_supports::over_a_building(0.5));
+    let plain = profile::COMPACT;
+    for (profile, supports) in [(plain, None), (biased, None), (fitted(&plain, learned), learned)] {
         for tiles in [64, 7] {
             let capacities = profile::Capacities { tiles, ..profile.capacities };
             let profile = Profile { capacities, ..profile };
             // Reports too: the same tiles come back from the archive at the same scans.
-            assert!(half_and_half(&profile, None) == half_and_half(&profile, Some(&path)), "{tiles} slots");
+            let went_on = half_and_half(&profile, supports, None);
+            assert!(went_on == half_and_half(&profile, supports, Some(&path)), "{tiles} slots");
+            // The supports matter: without them it is another map.
+            assert!(supports.is_none() || went_on.0 != half_and_half(&profile, None, None).0);
         }
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
@@ -90,7 +115,7 @@ fn a_loaded_map_goes_on_as_if_never_saved() {
 
 #[test]
 fn every_cut_is_noticed() {
-    let (_, bytes) = small(30);
+    let (_, bytes) = small_with(30, Some(test_supports::some()));
     assert!(decode(&bytes).is_ok());
     for length in 0..bytes.len() {
         let expected = if length < PREFIX_BYTES { PREFIX_BYTES } else { bytes.len() } as u64;
@@ -107,14 +132,14 @@ fn every_cut_is_noticed() {
 
 #[test]
 fn every_flipped_bit_is_noticed() {
-    let (_, mut bytes) = small(1);
+    let (_, mut bytes) = small_with(1, Some(test_supports::some()));
     for at in 0..bytes.len() {
         for bit in 0..8 {
             bytes[at] ^= 1 << bit;
             let problem = problem(&bytes);
             match at {
                 0..8 => assert!(matches!(problem, SnapshotError::NotAMap { .. })),
-                8..12 => assert_eq!(problem, SnapshotError::Version { found: 1 ^ (1 << (bit + 8 * (at - 8))) }),
+                8..12 => assert_eq!(problem, SnapshotError::Version { found: VERSION ^ (1 << (bit + 8 * (at - 8))) }),
                 12..20 => assert!(matches!(problem, SnapshotError::Cut { .. } | SnapshotError::TooLong { .. })),
                 _ => assert!(matches!(problem, SnapshotError::Checksum { .. })),
             }
@@ -125,10 +150,16 @@ fn every_flipped_bit_is_noticed() {
 
 #[test]
 fn a_header_that_lies_is_refused_even_with_a_right_checksum() {
-    let (map, bytes) = small(0);
+    for supports in [None, Some(test_supports::some())] {
+        no_lie_is_believed(small_with(0, supports));
+    }
+}
+
+fn no_lie_is_believed((map, bytes): (Box<dyn AnyMap>, Vec<u8>)) {
     // An empty map: the header is all there is, and every byte of it counts.
     for at in PREFIX_BYTES..bytes.len() - CHECKSUM_BYTES {
-        for value in 0..=u8::MAX {
+        // Of the supports, which are many, every seventh value.
+        for value in (0..=u8::MAX).step_by(if map.supports().is_some() { 7 } else { 1 }) {
             let mut changed = bytes.clone();
             changed[at] = value;
             // Another name or place is as good as the first; what matters is that nothing panics or is sized by it.
@@ -159,14 +190,30 @@ fn tiles_with_impossible_values_are_refused() {
 }
 
 #[test]
+fn supports_of_another_lattice_are_refused() {
+    let (map, bytes) = small_with(0, Some(test_supports::some()));
+    let spacing = 0.5_f32.to_le_bytes();
+    // The settings' spacing comes first, then the supports'.
+    let places: Vec<_> = bytes.windows(4).enumerate().filter(|(_, w)| *w == spacing).map(|(at, _)| at).collect();
+    let refused = places.iter().filter(|at| {
+        let mut changed = bytes.clone();
+        changed[**at..**at + 4].copy_from_slice(&f32::to_le_bytes(0.25));
+        let error = decode(&sealed(changed)).err().map(|error| error.to_string()).unwrap_or_default();
+        error.contains("the supports were learned at a spacing of")
+    });
+    assert_eq!(refused.count(), 2, "either of the two");
+    assert_eq!(map.supports().map(|supports| supports.supports().len()), Some(12));
+}
+
+#[test]
 fn what_is_no_map_file_is_named_with_its_path() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("what.bhm");
     for (bytes, says) in [
         (&b""[..], "expected a map file, found an empty file"),
         (b"FLASER 2 1 1", "expected a map file, found text beginning with `FLASER 2 1 1`"),
-        (b"BHM map\n\x02\0\0\0", "format version 2, only 1 is understood"),
-        (b"BHM map\n\x01", "cut short at byte 9 of 24"),
+        (b"BHM map\n\x07\0\0\0", "format version 7, only 2 is understood"),
+        (b"BHM map\n\x02", "cut short at byte 9 of 24"),
     ] {
         std::fs::write(&path, bytes).unwrap();
         let error = load(&path).err().unwrap().to_string();
@@ -201,7 +248,7 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         cut in any::<prop::sample::Index>(),
     ) {
-        let (_, bytes) = small(3);
+        let (_, bytes) = small_with(3, Some(test_supports::some()));
         let header_end = bytes.len() - CHECKSUM_BYTES;
         let mut changed = bytes.clone();
         for (index, value) in changes {

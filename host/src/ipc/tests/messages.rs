@@ -1,9 +1,15 @@
-use bhm_core::{scan::MAX_BEAMS, settings::SettingsError};
+use bhm_core::{
+    geometry::PoseCovariance,
+    mapper::ScanRejected,
+    scan::{MAX_BEAMS, Scan},
+    settings::SettingsError,
+};
 use iceoryx2::prelude::ZeroCopySend;
 use proptest::prelude::*;
 
 use super::*;
 use crate::ipc::wire::{self, PlainNumbers};
+use crate::supports::{SupportsError, test_supports};
 
 /// A message on the heap, zeroed: too large for the stack.
 fn zeroed<T: PlainNumbers>() -> Box<T> {
@@ -39,7 +45,7 @@ fn posterior() -> (PosteriorHeader, Vec<PosteriorTile<144, 40>>) {
     let map = learned(3);
     let mut header = PosteriorHeader::default();
     let news = PosteriorNews { handled: Some((7, 3)), map_from_sensor: Pose::new(1.0, 2.0, 3.0), ..Default::default() };
-    header.write(map.mapper().settings(), (144, 40), &news);
+    header.write(map.mapper().settings(), None, (144, 40), &news);
     header.mapper = 5;
     header.sequence = 1;
     let tiles: Vec<PosteriorTile<144, 40>> = map
@@ -59,13 +65,15 @@ fn posterior() -> (PosteriorHeader, Vec<PosteriorTile<144, 40>>) {
 
 /// A change of any of these is a new layout and needs a new version, in the type's name and in the constant.
 #[test]
-fn layouts_are_those_of_version_1() {
-    assert_eq!(size_of::<ScanMessage>(), 80 + 4 * MAX_BEAMS);
-    assert_eq!(std::mem::offset_of!(ScanMessage, ranges_m), 80);
+fn layouts_are_those_of_these_versions() {
+    assert_eq!(size_of::<ScanMessage>(), 104 + 4 * MAX_BEAMS);
+    assert_eq!(std::mem::offset_of!(ScanMessage, ranges_m), 104);
     assert_eq!(size_of::<StatusMessage>(), 48 + 40 * MAX_COUNTERS);
-    assert_eq!(size_of::<PosteriorHeader>(), 224);
-    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 124);
+    assert_eq!(size_of::<PosteriorHeader>(), 240);
+    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 132);
     assert_eq!(size_of::<PosteriorTile<144, 40>>(), 32 + 4 * (144 + 144 + 144 * 40));
+    assert_eq!(size_of::<SupportsHeader>(), 88 + 32 * MAX_SUPPORT_KINDS);
+    assert_eq!(size_of::<SupportMessage>(), 28);
     // SAFETY: the names are read, nothing is done with them.
     let names = unsafe {
         [
@@ -73,10 +81,15 @@ fn layouts_are_those_of_version_1() {
             <StatusMessage as ZeroCopySend>::type_name(),
             <PosteriorHeader as ZeroCopySend>::type_name(),
             <PosteriorTile<144, 40> as ZeroCopySend>::type_name(),
+            <SupportsHeader as ZeroCopySend>::type_name(),
+            <SupportMessage as ZeroCopySend>::type_name(),
         ]
     };
-    assert_eq!(names, ["bhm.scan.v1", "bhm.status.v1", "bhm.posterior.v1", "bhm.posterior-tile.v1"]);
-    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [1; 3]);
+    let (plain, learned) = names.split_at(4);
+    assert_eq!(plain, ["bhm.scan.v2", "bhm.status.v1", "bhm.posterior.v2", "bhm.posterior-tile.v1"]);
+    assert_eq!(learned, ["bhm.supports.v1", "bhm.support.v1"]);
+    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [2, 1, 2]);
+    assert_eq!(SupportsHeader::VERSION, 1);
 }
 
 #[test]
@@ -90,12 +103,134 @@ fn a_scan_survives_the_way() {
 }
 
 #[test]
+fn a_pose_covariance_survives_the_way_whatever_it_says() {
+    let good = PoseCovariance {
+        xx_m2: 0.04,
+        xy_m2: 0.01,
+        yy_m2: 0.09,
+        x_theta_m_rad: -0.001,
+        y_theta_m_rad: 0.002,
+        theta_rad2: 1e-3,
+    };
+    let hostile = [
+        PoseCovariance { xx_m2: f32::NAN, ..good },
+        PoseCovariance { theta_rad2: f32::INFINITY, ..good },
+        PoseCovariance { yy_m2: -1.0, ..good },
+        PoseCovariance { xy_m2: 1.0, ..good },
+    ];
+    let sent = |covariance| {
+        let mut message = zeroed::<ScanMessage>();
+        // What stood there before does not shine through.
+        message.pose_covariance = [f32::NAN; 6];
+        let record = ScanRecord { pose_covariance: covariance, ..scan(3) };
+        message.write(&ADDRESS, &record.as_scan()).expect("few beams");
+        message
+    };
+    let certain = sent(None);
+    assert_eq!((certain.flags, certain.pose_covariance), (ScanMessage::LAST, [0.0; 6]));
+    assert_eq!(certain.check().expect("a good message").scan.pose_covariance, None);
+    let message = sent(Some(good));
+    assert_eq!(message.flags, ScanMessage::LAST | ScanMessage::UNCERTAIN);
+    let numbered = message.check().expect("a good message");
+    assert_eq!((numbered.scan.pose_covariance, numbered.address), (Some(good), ADDRESS));
+    learned(1).integrate(&Scan { pose_covariance: Some(good), ..numbered.scan }).expect("a covariance");
+    for hostile in hostile {
+        // The message carries it; what it says is the mapper's to judge.
+        let message = sent(Some(hostile));
+        let scan = message.check().expect("a message that can be read").scan;
+        assert_eq!(format!("{:?}", scan.pose_covariance), format!("{:?}", Some(hostile)));
+        let mut map = learned(1);
+        let before = map.mapper().scans();
+        assert_eq!(map.integrate(&scan).err(), Some(ScanRejected::PoseCovariance), "{hostile:?}");
+        assert_eq!(map.mapper().scans(), before);
+    }
+}
+
+/// The supports' header and messages as they are sent.
+fn supports() -> (SupportsHeader, Vec<SupportMessage>) {
+    let learned = test_supports::some();
+    let mut header = SupportsHeader::default();
+    header.write(learned);
+    let message = |support| {
+        let mut message = SupportMessage::default();
+        message.write(support);
+        message
+    };
+    (header, learned.supports().iter().map(message).collect())
+}
+
+#[test]
+fn supports_survive_the_way() {
+    let (header, messages) = supports();
+    let (sent, arrived) = (test_supports::some(), header.check(&messages).expect("good supports"));
+    assert_eq!((arrived.table(), arrived.digest()), (sent.table(), sent.digest()));
+    assert_eq!((arrived.origin_m(), arrived.spacing_m()), (sent.origin_m(), sent.spacing_m()));
+    assert_eq!(arrived.learned_with().kernel, sent.learned_with().kernel);
+}
+
+#[test]
+fn every_damage_to_supports_is_named() {
+    use SupportsError as Bad;
+    use SupportsRejected as No;
+    type Damage = (fn(&mut SupportsHeader, &mut [SupportMessage]), fn(&SupportsRejected) -> bool);
+    let damages: [Damage; 20] = [
+        (|h, _| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
+        (|h, _| h.version = 2, |e| matches!(e, No::Version { found: 2 })),
+        (|h, _| h.count += 1, |e| matches!(e, No::Count { .. })),
+        (|h, _| h.count = u64::MAX, |e| matches!(e, No::Count { .. })),
+        (|h, _| h.kernel = [0xff; 32], |e| matches!(e, No::Kernel)),
+        (|h, _| h.digest ^= 1, |e| matches!(e, No::Digest { .. })),
+        (|h, _| h.digest = 0, |e| matches!(e, No::Digest { claimed: 0, .. })),
+        (|h, _| h.origin_m[1] = f32::NAN, |e| matches!(e, No::Supports(Bad::Value { name: "origin", .. }))),
+        (|h, _| h.origin_m[1] = 1.0, |e| matches!(e, No::Digest { .. })),
+        (|h, _| h.spacing_m = 0.0, |e| matches!(e, No::Supports(Bad::Value { name: "spacing", .. }))),
+        (|h, _| h.kernel_shape = f32::NAN, |e| matches!(e, No::Supports(Bad::Value { name: "kernel shape", .. }))),
+        (|h, _| h.first = [i32::MIN; 2], |e| matches!(e, No::Supports(Bad::Table(_)))),
+        (|h, _| h.width = [u32::MAX; 2], |e| matches!(e, No::Supports(Bad::Table(_)))),
+        (|h, _| h.width = [0, 0], |e| matches!(e, No::Supports(Bad::Table(_)))),
+        (|h, _| h.width = [4, 3], |e| matches!(e, No::Digest { .. })),
+        (|h, _| h.kinds[1] = [0xff; 32], |e| matches!(e, No::Supports(Bad::Kind { node: [-1, 3], kind: 1 }))),
+        (|_, s| s[2].kind = 99, |e| matches!(e, No::Supports(Bad::Kind { node: [-1, 4], kind: 99 }))),
+        (|_, s| s[2].kind = 3, |e| matches!(e, No::Supports(Bad::Kind { kind: 3, .. }))),
+        (|_, s| s[4].numbers[0] = f32::NAN, |e| matches!(e, No::Supports(Bad::Numbers { node: [0, 2], .. }))),
+        (|_, s| s.swap(1, 4), |e| matches!(e, No::Digest { .. })),
+    ];
+    for (number, (damage, expected)) in damages.into_iter().enumerate() {
+        let (mut header, mut messages) = supports();
+        damage(&mut header, &mut messages);
+        let error = header.check(&messages).expect_err("damaged");
+        assert!(expected(&error), "damage {number} gives {error:?}");
+    }
+    let (header, messages) = supports();
+    assert!(matches!(header.check(&messages[1..]), Err(No::Count { claimed: 12, arrived: 11 })));
+}
+
+#[test]
+fn a_posterior_is_used_with_its_own_supports_only() {
+    let (mut header, tiles) = posterior();
+    let learned = test_supports::some();
+    let missing = PosteriorRejected::SupportsMissing { digest: learned.digest() };
+    header.supports_digest = learned.digest();
+    header.stencil = 4;
+    assert_eq!(header.check(&tiles, None), Err(missing));
+    assert_eq!(header.check(&tiles, Some(test_supports::over_a_building(0.5))), Err(missing));
+    let model = header.check(&tiles, Some(learned)).expect("its supports");
+    assert_eq!(model.basis.supports.table, learned.table());
+    // Supports that are there and not meant have no say.
+    header.supports_digest = 0;
+    assert!(header.check(&tiles, Some(learned)).expect("no supports").basis.supports.table.is_empty());
+    (header.supports_digest, header.spacing_m) = (learned.digest(), 0.25);
+    let elsewhere = SupportsError::Spacing { learned_m: 0.5, map_m: 0.25 };
+    assert_eq!(header.check(&tiles, Some(learned)), Err(SupportsRejected::Supports(elsewhere).into()));
+}
+
+#[test]
 fn every_damage_to_a_scan_is_named() {
     type Damage = (fn(&mut ScanMessage), ScanMessageRejected);
     let damages: [Damage; 7] = [
         (|m| m.magic += 1, ScanMessageRejected::Magic { found: ScanMessage::MAGIC + 1 }),
-        (|m| m.version = 2, ScanMessageRejected::Version { found: 2 }),
-        (|m| m.flags = 2, ScanMessageRejected::Flags { found: 2 }),
+        (|m| m.version = 1, ScanMessageRejected::Version { found: 1 }),
+        (|m| m.flags = 4, ScanMessageRejected::Flags { found: 4 }),
         (|m| m.flags |= 1 << 31, ScanMessageRejected::Flags { found: 1 << 31 | 1 }),
         (|m| m.source = 0, ScanMessageRejected::Unnumbered),
         (|m| m.sequence = 0, ScanMessageRejected::Unnumbered),
@@ -152,11 +287,11 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
         let model = profile.settings.model().expect("a good profile");
         let window = model.tiling.window(&[0, 0]);
         let shape = (window.supports(), window.band(profile.settings.stencil));
-        header.write(&profile.settings, shape, &PosteriorNews::default());
+        header.write(&profile.settings, None, shape, &PosteriorNews::default());
         (header.mapper, header.sequence) = (5, 1);
         macro_rules! check {
             ($(($m:literal, $b:literal)),* $(,)?) => {
-                [$((shape == ($m, $b)).then(|| header.check::<$m, $b>(&[]))),*].into_iter().flatten().next()
+                [$((shape == ($m, $b)).then(|| header.check::<$m, $b>(&[], None))),*].into_iter().flatten().next()
             };
         }
         let found = bhm_core::for_each_shape!(check).expect("a compiled shape");
@@ -168,10 +303,12 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
 fn every_damage_to_a_posterior_is_named() {
     type Damage = (fn(&mut PosteriorHeader), fn(&PosteriorRejected) -> bool);
     use PosteriorRejected as No;
-    let damages: [Damage; 25] = [
+    let damages: [Damage; 27] = [
         (|h| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
-        (|h| h.version = 2, |e| matches!(e, No::Version { found: 2 })),
+        (|h| h.version = 1, |e| matches!(e, No::Version { found: 1 })),
         (|h| h.flags |= 8, |e| matches!(e, No::Flags { .. })),
+        (|h| h.reserved = 8, |e| matches!(e, No::Flags { found: 8 })),
+        (|h| h.supports_digest = 8, |e| matches!(e, No::SupportsMissing { digest: 8 })),
         (|h| h.mapper = 0, |e| matches!(e, No::Unnumbered)),
         (|h| h.sequence = 0, |e| matches!(e, No::Unnumbered)),
         (|h| h.supports = 145, |e| matches!(e, No::Shape { supports: 145, .. })),
@@ -196,17 +333,17 @@ fn every_damage_to_a_posterior_is_named() {
         (|h| h.prior_precision = 0.0, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
     ];
     let (good, mut tiles) = posterior();
-    assert!(good.check(&tiles).is_ok());
+    assert!(good.check(&tiles, None).is_ok());
     for (number, (damage, expected)) in damages.into_iter().enumerate() {
         let mut header = good;
         damage(&mut header);
-        let error = header.check(&tiles).expect_err("damaged");
+        let error = header.check(&tiles, None).expect_err("damaged");
         assert!(expected(&error), "damage {number} gives {error:?}");
     }
     tiles.swap(0, 1);
-    assert_eq!(good.check(&tiles), Err(No::Order { at: 1 }));
+    assert_eq!(good.check(&tiles, None), Err(No::Order { at: 1 }));
     tiles[1].index = tiles[0].index;
-    assert_eq!(good.check(&tiles), Err(No::Order { at: 1 }));
+    assert_eq!(good.check(&tiles, None), Err(No::Order { at: 1 }));
 }
 
 proptest! {
@@ -215,28 +352,35 @@ proptest! {
     /// A stranger's bytes, whole or behind a good beginning, are answered without a panic.
     #[test]
     fn random_bytes_never_panic(
-        bytes in proptest::collection::vec(any::<u8>(), 224),
-        good in 0_usize..224,
+        bytes in proptest::collection::vec(any::<u8>(), size_of::<PosteriorHeader>()),
+        good in 0_usize..size_of::<PosteriorHeader>(),
     ) {
         let (first, rest) = (&bytes[..good], &bytes[good..]);
         let mut scan = scan_message();
-        scribble(&mut *scan, &bytes[..80]);
+        scribble(&mut *scan, &bytes[..104]);
         prop_assert!(scan.check().is_err());
         let mut status = status_message();
         scribble(&mut *status, first);
         let _ = (status.check(), status.progress(), status.counters().count());
 
+        let (mut supports_header, mut messages) = supports();
+        let first = good % (1 + size_of::<SupportsHeader>().min(bytes.len()));
+        scribble(&mut supports_header, &bytes[..first]);
+        let _ = supports_header.check(&messages);
+        scribble(&mut messages[3], &bytes[..28]);
+        let _ = supports().0.check(&messages);
+
         let mut header = PosteriorHeader::default();
-        header.write(&profile::COMPACT.settings, (144, 40), &PosteriorNews::default());
+        header.write(&profile::COMPACT.settings, None, (144, 40), &PosteriorNews::default());
         (header.mapper, header.sequence) = (5, 1);
         let mut behind = header;
         scribble(&mut header, &bytes);
-        prop_assert!(header.check::<144, 40>(&[]).is_err());
+        prop_assert!(header.check::<144, 40>(&[], None).is_err());
         // SAFETY: within the header, and any bytes are a value of it.
         let tail = unsafe {
-            std::slice::from_raw_parts_mut(std::ptr::from_mut(&mut behind).cast::<u8>().add(good), 224 - good)
+            std::slice::from_raw_parts_mut(std::ptr::from_mut(&mut behind).cast::<u8>().add(good), bytes.len() - good)
         };
         tail.copy_from_slice(rest);
-        let _ = behind.check::<144, 40>(&[]);
+        let _ = behind.check::<144, 40>(&[], Some(test_supports::some()));
     }
 }

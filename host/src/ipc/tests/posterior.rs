@@ -5,6 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::*;
 use crate::ipc::service::{Ipc, service_name};
+use crate::supports::{LearnedSupports, test_supports};
 
 const SOON: Duration = Duration::from_secs(1);
 const SLOTS: usize = SMALL.capacities.tiles;
@@ -50,6 +51,80 @@ fn a_posterior_answers_in_shared_memory_as_the_mapper_does() {
         assert_eq!(sample.view().occupancy(&at), map.mapper().occupancy(&at));
         assert_eq!(sample.view().gradient(&at), map.mapper().gradient(&at));
     }
+}
+
+/// A map of which nodes have supports of their own.
+fn with_supports(supports: &'static LearnedSupports, scans: u64) -> OwnedMapper<144, 40> {
+    let mut map = OwnedMapper::with_supports(&SMALL, Some(supports)).expect("supports of the lattice");
+    for number in 1..=scans {
+        map.integrate(&scan(number).as_scan()).expect("a good scan");
+    }
+    map
+}
+
+#[track_caller]
+fn same_answers(sample: &PosteriorSample<144, 40>, map: &OwnedMapper<144, 40>) {
+    for step in 0..1_000 {
+        let at = Point::<2>::new((step % 50) as f32 * 0.11 - 2.0, (step / 50) as f32 * 0.19 - 1.0);
+        assert_eq!(sample.view().gradient(&at), map.mapper().gradient(&at));
+    }
+}
+
+#[test]
+fn a_posterior_with_supports_of_its_own_answers_as_the_mapper_does() {
+    let domain = TemporaryDomain::new().expect("a domain");
+    let (here, there) = (joined(&domain), joined(&domain));
+    let supports = test_supports::some();
+    let map = with_supports(supports, 5);
+    assert_ne!(
+        map.mapper().gradient(&Point::<2>::new(0.1, 1.6)),
+        learned(5).mapper().gradient(&Point::<2>::new(0.1, 1.6))
+    );
+    let mut publisher = PosteriorPublisher::open_with(&here, 5, SLOTS, 2, Some(supports)).expect("the first, and room");
+    let mut early = PosteriorSubscriber::<144, 40>::open(&there).expect("a mapper is there");
+    publisher.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
+    let sample = received(&mut early);
+    assert_eq!(sample.header().supports_digest, supports.digest());
+    same_answers(&sample, &map);
+    // One that comes late, of whatever shape, finds both.
+    let mut late = open_posterior_any(&there).expect("a compiled shape");
+    publisher.greet().expect("no fault");
+    let posterior = late.receive(SOON).expect("no fault").expect("a posterior").expect("a good one");
+    assert_eq!(posterior.model().basis.supports.table, supports.table());
+    let at = Point::<2>::new(0.1, 1.6);
+    assert_eq!(posterior.gradient(&at), map.mapper().gradient(&at));
+}
+
+#[test]
+fn a_reader_without_the_supports_never_answers_and_gets_them_later() {
+    let domain = TemporaryDomain::new().expect("a domain");
+    let (here, there) = (joined(&domain), joined(&domain));
+    let plain = publisher(&here);
+    let mut subscriber = PosteriorSubscriber::<144, 40>::open(&there).expect("a mapper is there");
+    drop(plain);
+    // A mapper with supports, on a domain whose reader has never heard of any.
+    let supports = test_supports::some();
+    let map = with_supports(supports, 3);
+    let mut second = PosteriorPublisher::open_with(&here, 6, SLOTS, 2, Some(supports)).expect("the first has gone");
+    second.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
+    let refused = subscriber.receive(SOON).expect("no fault").expect("a posterior").expect_err("no supports");
+    assert_eq!(refused, PosteriorRejected::SupportsMissing { digest: supports.digest() });
+    assert!(refused.to_string().contains("have not arrived"));
+    // Said once, and the posterior is not lost.
+    assert!(subscriber.receive(Duration::ZERO).expect("no fault").is_none());
+    second.greet().expect("no fault");
+    same_answers(&received(&mut subscriber), &map);
+    // A newer one takes the place of one that waits; and another mapper's supports take the place of these.
+    drop(second);
+    let others = test_supports::over_a_building(0.5);
+    let map = with_supports(others, 4);
+    let mut third = PosteriorPublisher::open_with(&here, 7, SLOTS, 2, Some(others)).expect("the second has gone");
+    let held = [(); 2].map(|()| {
+        third.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
+        received(&mut subscriber)
+    });
+    same_answers(&held[1], &map);
+    assert_eq!(held[0].header().supports_digest, others.digest());
 }
 
 #[test]
@@ -142,7 +217,7 @@ fn a_reader_of_any_shape_finds_the_right_one() {
 /// The scan of another version: same size, same service, another name.
 #[repr(C)]
 #[derive(Debug, ZeroCopySend)]
-#[type_name("bhm.scan.v2")]
+#[type_name("bhm.scan.v3")]
 struct NextVersion([u64; size_of::<ScanMessage>() / 8]);
 
 #[test]

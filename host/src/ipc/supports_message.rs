@@ -1,0 +1,165 @@
+use bhm_core::{
+    kernel::KernelChoice,
+    lattice::Window,
+    support::{AnySupport, SupportChoice, SupportNumbers},
+};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::wire::{Name, PlainNumbers, name_of, text_of};
+use crate::supports::{Kinds, LearnedSupports, LearnedWith, SupportsError};
+
+/// Most kinds of support that a message can name.
+pub const MAX_SUPPORT_KINDS: usize = 16;
+
+const _: () = assert!(SupportChoice::ALL.len() <= MAX_SUPPORT_KINDS, "a new layout is needed");
+
+/// What stands before learned supports: on which lattice they stand, and what their numbers mean.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("bhm.supports.v1")]
+pub struct SupportsHeader {
+    /// [`SupportsHeader::MAGIC`].
+    pub magic: u64,
+    /// [`SupportsHeader::VERSION`].
+    pub version: u32,
+    /// The digest of all of it, by which a posterior's header names it; never 0.
+    pub digest: u32,
+    /// Supports that follow.
+    pub count: u64,
+    /// Where lattice node 0 sits, metres.
+    pub origin_m: [f32; 2],
+    /// Distance between neighbouring nodes, metres.
+    pub spacing_m: f32,
+    /// The shape of the kernel that they were learned with, in units of spacing².
+    pub kernel_shape: f32,
+    /// The first node that has one.
+    pub first: [i32; 2],
+    /// Nodes that have one along each axis.
+    pub width: [u32; 2],
+    /// Name of the kernel that they were learned with, UTF-8, filled up with zeros.
+    pub kernel: Name,
+    /// Names of the kinds of support, UTF-8, filled up with zeros; those that are not needed are empty.
+    pub kinds: [Name; MAX_SUPPORT_KINDS],
+}
+
+// SAFETY: integers, floating-point numbers, and arrays of them.
+unsafe impl PlainNumbers for SupportsHeader {}
+
+/// A support.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bhm.support.v1")]
+pub struct SupportMessage {
+    /// Its kind's place among [`SupportsHeader::kinds`].
+    pub kind: u32,
+    /// It as plain numbers.
+    pub numbers: SupportNumbers,
+}
+
+// SAFETY: integers, floating-point numbers, and arrays of them.
+unsafe impl PlainNumbers for SupportMessage {}
+
+/// Learned supports that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SupportsRejected {
+    /// They do not begin as supports do.
+    #[error("not supports: they begin with {found:#018x}")]
+    Magic {
+        /// What they begin with.
+        found: u64,
+    },
+    /// They have another layout.
+    #[error("supports layout {found}, {} is understood", SupportsHeader::VERSION)]
+    Version {
+        /// Their layout.
+        found: u32,
+    },
+    /// The number of supports is not the one that arrived.
+    #[error("{claimed} supports are announced, {arrived} arrived")]
+    Count {
+        /// What the header says.
+        claimed: u64,
+        /// What arrived.
+        arrived: usize,
+    },
+    /// The kernel that they were learned with is not known here.
+    #[error("unknown kernel")]
+    Kernel,
+    /// They are not what their digest says.
+    #[error("supports have the digest {found:08x}, not {claimed:08x}")]
+    Digest {
+        /// What the header says.
+        claimed: u32,
+        /// What it is.
+        found: u32,
+    },
+    /// They are none.
+    #[error(transparent)]
+    Supports(#[from] SupportsError),
+}
+
+impl SupportsHeader {
+    /// What supports begin with.
+    pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM supp");
+    /// The layout described here, of header and supports.
+    pub const VERSION: u32 = 1;
+
+    pub(super) fn write(&mut self, supports: &LearnedSupports) {
+        let mut kinds = [Name::default(); MAX_SUPPORT_KINDS];
+        for (to, kind) in kinds.iter_mut().zip(SupportChoice::ALL) {
+            *to = name_of(kind.name());
+        }
+        let LearnedWith { kernel, kernel_shape, source: _ } = supports.learned_with();
+        *self = Self {
+            magic: Self::MAGIC,
+            version: Self::VERSION,
+            digest: supports.digest(),
+            count: supports.supports().len() as u64,
+            origin_m: supports.origin_m(),
+            spacing_m: supports.spacing_m(),
+            kernel_shape: *kernel_shape,
+            first: supports.window().first,
+            width: supports.window().width.map(|width| width as u32),
+            kernel: name_of(kernel.name()),
+            kinds,
+        };
+    }
+
+    /// The supports, if header and messages can be used. In which words their source was described does not travel.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self, supports: &[SupportMessage]) -> Result<LearnedSupports, SupportsRejected> {
+        if self.magic != Self::MAGIC {
+            return Err(SupportsRejected::Magic { found: self.magic });
+        }
+        if self.version != Self::VERSION {
+            return Err(SupportsRejected::Version { found: self.version });
+        }
+        if self.count != supports.len() as u64 {
+            return Err(SupportsRejected::Count { claimed: self.count, arrived: supports.len() });
+        }
+        let kernel = text_of(&self.kernel).and_then(|name| KernelChoice::ALL.iter().find(|k| k.name() == name));
+        let learned_with = LearnedWith {
+            kernel: *kernel.ok_or(SupportsRejected::Kernel)?,
+            kernel_shape: self.kernel_shape,
+            source: String::new(),
+        };
+        let window = Window { first: self.first, width: self.width.map(|width| width as usize) };
+        // A name that is no text is the name of no kind.
+        let kinds = Kinds::named(self.kinds.iter().map(|name| text_of(name).unwrap_or_default()));
+        let supports = kinds.supports(&window, supports.iter().map(|message| (message.kind, message.numbers)))?;
+        let learned = LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, learned_with)?;
+        if learned.digest() != self.digest {
+            return Err(SupportsRejected::Digest { claimed: self.digest, found: learned.digest() });
+        }
+        Ok(learned)
+    }
+}
+
+impl SupportMessage {
+    /// Writes a support over whatever was here.
+    pub fn write(&mut self, support: &AnySupport<2>) {
+        *self = Self { kind: Kinds::number_of(support.choice()), numbers: support.numbers() };
+    }
+}

@@ -1,0 +1,66 @@
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::{IpcError, Participant, SupportsRejected, service::LONGEST_SLEEP, supports_service::SupportsSubscriber};
+use crate::supports::LearnedSupports;
+
+/// A mapper hands supports out a moment after the posterior; how often that is looked for …
+const NAP: Duration = Duration::from_millis(1);
+
+/// … and for how long.
+const PATIENCE: Duration = LONGEST_SLEEP;
+
+/// Has the supports that posteriors name.
+#[derive(Debug)]
+pub(super) struct SupportsReader {
+    known: Option<&'static LearnedSupports>,
+    /// The digest that was waited for in vain, once.
+    missed: u32,
+    subscriber: Option<SupportsSubscriber>,
+    participant: Participant,
+}
+
+impl SupportsReader {
+    /// A reader; supports may be offered later.
+    pub(super) fn open(participant: &Participant) -> Result<Self, IpcError> {
+        let subscriber = SupportsSubscriber::open(participant)?;
+        Ok(Self { known: None, missed: 0, subscriber, participant: participant.clone() })
+    }
+
+    /// The supports of that digest; `None` if there are to be none, or they have not arrived.
+    ///
+    /// What arrives is kept, and so leaked (see [`LearnedSupports::interned`]), only if it is what is asked for: a mapper
+    /// costs a reader one table.
+    pub(super) fn named(
+        &mut self,
+        digest: u32,
+    ) -> Result<Result<Option<&'static LearnedSupports>, SupportsRejected>, IpcError> {
+        if digest == 0 {
+            return Ok(Ok(None));
+        }
+        let begun = Instant::now();
+        loop {
+            if let Some(known) = self.known.filter(|known| known.digest() == digest) {
+                return Ok(Ok(Some(known)));
+            }
+            match self.take()? {
+                Some(Ok(supports)) if supports.digest() == digest => self.known = Some(supports.interned()),
+                // An earlier mapper's.
+                Some(Ok(_)) => {}
+                Some(Err(rejected)) => return Ok(Err(rejected)),
+                None if self.missed == digest || begun.elapsed() >= PATIENCE => {
+                    self.missed = digest;
+                    return Ok(Ok(None));
+                }
+                None => thread::sleep(NAP),
+            }
+        }
+    }
+
+    fn take(&mut self) -> Result<Option<Result<LearnedSupports, SupportsRejected>>, IpcError> {
+        if self.subscriber.is_none() {
+            self.subscriber = SupportsSubscriber::open(&self.participant)?;
+        }
+        self.subscriber.as_ref().map_or(Ok(None), SupportsSubscriber::take)
+    }
+}

@@ -1,0 +1,84 @@
+//! Supports as plain values, for files and messages: kinds by name, and numbers.
+
+use bhm_core::{
+    kernel::KernelChoice,
+    lattice::Window,
+    support::{AnySupport, SupportChoice, SupportNumbers},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{LearnedSupports, LearnedWith, SupportsError, table::node_of};
+
+/// Which kinds of support the numbers of a file or message stand for; `None` for one that is not known here.
+pub(crate) struct Kinds(Vec<Option<SupportChoice>>);
+
+impl Kinds {
+    /// From names in their order. There may be names of kinds that no support is of.
+    pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> Self {
+        let known = |name| SupportChoice::ALL.iter().copied().find(|kind| kind.name() == name);
+        Self(names.into_iter().map(known).collect())
+    }
+
+    /// A kind's number among [`SupportChoice::ALL`], which is the order in which names are written.
+    pub(crate) fn number_of(kind: SupportChoice) -> u32 {
+        SupportChoice::ALL.iter().position(|other| *other == kind).unwrap_or_default() as u32
+    }
+
+    /// The supports of these kinds and numbers, the first that is none being an error with the node it stands for.
+    pub(crate) fn supports(
+        &self,
+        window: &Window<2>,
+        coded: impl ExactSizeIterator<Item = (u32, SupportNumbers)>,
+    ) -> Result<Vec<AnySupport<2>>, SupportsError> {
+        let support = |(index, (kind, numbers)): (usize, (u32, SupportNumbers))| {
+            let node = node_of(window, index);
+            let known = self.0.get(kind as usize).copied().flatten().ok_or(SupportsError::Kind { node, kind })?;
+            let finite = numbers.iter().all(|number| number.is_finite());
+            let support = finite.then(|| known.with_numbers(&numbers)).flatten();
+            support.ok_or(SupportsError::Numbers { node, kind: known.name() })
+        };
+        coded.enumerate().map(support).collect()
+    }
+}
+
+/// Learned supports as a file holds them.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Coded {
+    origin_m: [f32; 2],
+    spacing_m: f32,
+    first: [i32; 2],
+    width: [u32; 2],
+    /// By name.
+    kernel: String,
+    kernel_shape: f32,
+    source: String,
+    /// Names of the kinds, a line each: a list of strings would take many times the memory of its bytes in a file.
+    kinds: String,
+    supports: Vec<(u32, SupportNumbers)>,
+}
+
+impl Coded {
+    pub(crate) fn of(supports: &LearnedSupports) -> Self {
+        let LearnedWith { kernel, kernel_shape, source } = supports.learned_with();
+        Self {
+            origin_m: supports.origin_m(),
+            spacing_m: supports.spacing_m(),
+            first: supports.window().first,
+            width: supports.window().width.map(|width| width as u32),
+            kernel: kernel.name().to_owned(),
+            kernel_shape: *kernel_shape,
+            source: source.clone(),
+            kinds: SupportChoice::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join("\n"),
+            supports: supports.supports().iter().map(|s| (Kinds::number_of(s.choice()), s.numbers())).collect(),
+        }
+    }
+
+    pub(crate) fn supports(self) -> Result<LearnedSupports, SupportsError> {
+        let kernel = KernelChoice::ALL.iter().find(|kernel| kernel.name() == self.kernel);
+        let kernel = *kernel.ok_or(SupportsError::Value { name: "kernel", expected: "a kernel that is known here" })?;
+        let window = Window { first: self.first, width: self.width.map(|width| width as usize) };
+        let supports = Kinds::named(self.kinds.lines()).supports(&window, self.supports.into_iter())?;
+        let learned_with = LearnedWith { kernel, kernel_shape: self.kernel_shape, source: self.source };
+        LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, learned_with)
+    }
+}

@@ -1,0 +1,37 @@
+//! Supports that were learned: one of its own for each lattice node of a window, what they were learned with, and the files
+//! that they are kept in.
+//!
+//! The core borrows a table ([`SupportTable`]), which it neither reads nor keeps. Here is what owns one: [`LearnedSupports`].
+//! Maps, map files and shared memory carry it; what they say of a place is the same only with the same table.
+//!
+//! ```text
+//! offset  bytes  what a file of supports holds
+//!      0      8  magic, "BHM sup\n"
+//!      8      4  format version, little-endian like every number here
+//!     12      8  length of the file
+//!     20      …  postcard: lattice, window, what it was learned with, names of the kinds of support, and for each node of
+//!                the window (the last axis fastest) which kind it is and its numbers
+//!     -4      4  CRC-32 of everything before it
+//! ```
+//!
+//! A support is written as its kind's name and plain numbers, so that a further kind needs no line here. A file is not
+//! trusted: [`decode`] takes any bytes without panicking, and allocates little more than their length.
+
+mod coding;
+mod error;
+mod file;
+mod intern;
+mod table;
+#[cfg(test)]
+pub(crate) mod test_supports;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use coding::{Coded, Kinds};
+pub use error::{SupportsBytesError, SupportsError, SupportsFileError};
+pub use file::{VERSION, decode, encode, load, save};
+pub(crate) use table::table_of;
+pub use table::{LearnedSupports, LearnedWith, MAX_SOURCE_BYTES};
+
+#[cfg(doc)]
+use bhm_core::support::SupportTable;

@@ -1,0 +1,33 @@
+//! Supports for tests.
+
+use bhm_core::{
+    kernel::{Averaging, KernelChoice},
+    lattice::Window,
+    support::{SupportChoice, SupportParameters},
+};
+
+use super::{LearnedSupports, LearnedWith};
+
+/// Every kind of support there is, in several sizes, over a window of 3 by 4 nodes at 0.5 m.
+pub(crate) fn some() -> &'static LearnedSupports {
+    over(0.5, Window { first: [-1, 2], width: [3, 4] })
+}
+
+/// The same kinds over every node that a robot in the simulated building sees, and beyond.
+pub(crate) fn over_a_building(spacing_m: f32) -> &'static LearnedSupports {
+    let nodes = (30.0 / spacing_m) as i32;
+    over(spacing_m, Window { first: [-nodes; 2], width: [2 * nodes as usize; 2] })
+}
+
+fn over(spacing_m: f32, window: Window<2>) -> &'static LearnedSupports {
+    let kinds = SupportChoice::ALL;
+    let supports = (0..window.supports()).map(|number| {
+        let averaging = if number % 2 == 0 { Averaging::Exact } else { Averaging::Samples(3) };
+        let size = 0.2 + 0.01 * (number % 12) as f32;
+        kinds[number % kinds.len()].build(&SupportParameters { spacing_m, size, averaging })
+    });
+    let learned_with =
+        LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: "a test".to_owned() };
+    let supports = supports.collect();
+    LearnedSupports::new([0.0; 2], spacing_m, window, supports, learned_with).expect("good supports").interned()
+}
