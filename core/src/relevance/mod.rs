@@ -6,7 +6,7 @@
 //! fixed.
 //!
 //! ```text
-//! rₙₘ ∝ πₘ N(xₙ; mₘ, Sₘ)                              E-step, over the nodes of the observation's stencil
+//! rₙₘ ∝ πₘ N(xₙ; mₘ, Sₘ),  Σₘ rₙₘ = weight of xₙ       E-step, over the nodes of the observation's stencil
 //! Sₘ = Σₙ rₙₘ dₙₘdₙₘᵀ / (Σₙ rₙₘ + ν)                   M-step, dₙₘ = xₙ − mₘ
 //! πₘ ∝ Σₙ rₙₘ + ν
 //! ```
@@ -42,6 +42,9 @@ pub struct NodeStatistics {
 }
 
 /// What decides the learning.
+///
+/// How much a hit weighs is the caller's: there are several free points to a hit, and where both weigh the same in sum,
+/// supports at a wall lie along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelevanceSettings {
     /// `ν`: as many observations at the node itself as each component is thought to have seen.
@@ -51,9 +54,9 @@ pub struct RelevanceSettings {
 }
 
 impl RelevanceSettings {
-    /// A component needs tens of observations to be more than a point; the widest that a stencil of six has room for with
-    /// the default kernel.
-    pub const DEFAULT: Self = Self { pseudo_count: 10.0, max_deviation: 0.7 };
+    /// A component needs a few observations to be more than a point; as wide as a stencil of eight has room for with every
+    /// sensible kernel.
+    pub const DEFAULT: Self = Self { pseudo_count: 3.0, max_deviation: 0.8 };
 }
 
 /// Standard deviation of every component in the first pass, spacings: neighbours overlap, far points are somebody else's.
@@ -114,8 +117,8 @@ impl<'m> Relevance<'m> {
         self.outside
     }
 
-    /// The E-step of one observation: divides it among the nodes around it.
-    pub fn observe(&mut self, point_m: &Point<2>) {
+    /// The E-step of one observation that counts as `weight` of them: divides it among the nodes around it.
+    pub fn observe(&mut self, point_m: &Point<2>, weight: f32) {
         let Some(stencil) = self.lattice.stencil_at(point_m) else {
             self.outside += 1;
             return;
@@ -143,7 +146,7 @@ impl<'m> Relevance<'m> {
         for offset in offsets(reach) {
             let (index, d) = near(offset);
             let node = &mut self.nodes[index];
-            let responsibility = node.density(&d) / total;
+            let responsibility = weight * node.density(&d) / total;
             node.weight += responsibility;
             for (sum, product) in node.scatter.iter_mut().zip([d.x * d.x, d.x * d.y, d.y * d.y]) {
                 *sum += responsibility * product;

@@ -19,7 +19,7 @@ fn learn(points: &[[f32; 2]], passes: usize, settings: RelevanceSettings) -> (Wi
     let mut nodes = vec![NodeStatistics::default(); window.supports()];
     let mut relevance = Relevance::new(lattice, window, settings, &mut nodes).unwrap();
     for _ in 0..passes {
-        points.iter().for_each(|point| relevance.observe(&Point::from(*point)));
+        points.iter().for_each(|point| relevance.observe(&Point::from(*point), 1.0));
         relevance.maximise();
     }
     (window, relevance.supports().collect(), relevance.outside())

@@ -21,6 +21,7 @@ mod coding;
 mod error;
 mod file;
 mod intern;
+mod relevance;
 mod table;
 #[cfg(test)]
 pub(crate) mod test_supports;
@@ -30,6 +31,7 @@ mod tests;
 pub(crate) use coding::{Coded, Kinds};
 pub use error::{SupportsBytesError, SupportsError, SupportsFileError};
 pub use file::{VERSION, decode, encode, load, save};
+pub use relevance::{LearnedRelevance, MAX_NODES, RelevanceError, RelevanceOptions, learn_relevance};
 pub(crate) use table::table_of;
 pub use table::{LearnedSupports, LearnedWith, MAX_SOURCE_BYTES};
 

@@ -4,7 +4,9 @@ mod build;
 mod completions;
 mod demo;
 mod evaluate;
+mod experiment;
 mod info;
+mod learn;
 mod onboard;
 mod play;
 mod query;
@@ -45,6 +47,8 @@ commands! {
     Render in render,
     Info in info,
     Evaluate in evaluate,
+    Learn in learn,
     Tune in tune,
+    Experiment in experiment,
     Completions in completions,
 }

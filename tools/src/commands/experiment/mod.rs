@@ -1,0 +1,36 @@
+//! Experiments of the paper and beyond it, each one file: what it compares, a table, and its pictures.
+//!
+//! A new one is its file, its `mod` line and its line in the list.
+
+mod relevance;
+mod trial;
+
+use clap::Args;
+
+use crate::output::Output;
+
+/// Compare ways of mapping, as the paper's figures do: tables and pictures
+#[derive(Args, Debug)]
+pub(crate) struct Experiment {
+    #[command(subcommand)]
+    which: Which,
+}
+
+macro_rules! experiments {
+    ($($experiment:ident in $module:ident),* $(,)?) => {
+        #[derive(Debug, clap::Subcommand)]
+        enum Which {
+            $($experiment($module::$experiment)),*
+        }
+
+        impl Experiment {
+            pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+                match &self.which { $(Which::$experiment(experiment) => experiment.run(output)),* }
+            }
+        }
+    };
+}
+
+experiments! {
+    Relevance in relevance,
+}

@@ -1,0 +1,112 @@
+//! One contestant of an experiment: learned, asked, and what it cost.
+
+use std::path::Path;
+
+use bhm_core::{
+    geometry::Point,
+    profile::{Capacities, Profile},
+    settings::Settings,
+};
+use bhm_host::{
+    ScanRecord,
+    dataset::{self, ReadOptions, ScanLog},
+    map::{self, AnyMap},
+    supports::LearnedSupports,
+};
+use bhm_tools::{
+    evaluation::{Held, TestPoints, Training, hold_out},
+    metrics::Scores,
+};
+use serde::Serialize;
+
+use crate::{progress, reports};
+
+/// What every contestant learns and is asked.
+pub(super) struct Exam {
+    pub(super) scans: Vec<ScanRecord>,
+    pub(super) test: TestPoints,
+}
+
+impl Exam {
+    /// Every `every`-th scan of a log, a fraction of the beams held out.
+    pub(super) fn of_log(log: &Path, every: usize, fraction: f64, seed: u64) -> anyhow::Result<Self> {
+        let ScanLog { scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: None })?;
+        reports::scan_log(log, &report);
+        Self::of(scans.into_iter().step_by(every.max(1)).collect(), fraction, seed)
+    }
+
+    /// These scans, a fraction of the beams held out.
+    pub(super) fn of(scans: Vec<ScanRecord>, fraction: f64, seed: u64) -> anyhow::Result<Self> {
+        let split = hold_out(&scans, Held::Beams, fraction, seed);
+        anyhow::ensure!(!split.test.points_m.is_empty(), "nothing to predict: no beam was held out");
+        let Training::Scans(scans) = split.training else { unreachable!("beams are held out of scans") };
+        Ok(Self { scans, test: split.test })
+    }
+}
+
+/// How a contestant did.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Marks {
+    pub(super) name: String,
+    #[serde(flatten)]
+    pub(super) scores: Scores,
+    /// Rows learned: an observation is a row in each tile that holds its whole stencil.
+    pub(super) rows: u64,
+    /// Passes over tiles.
+    pub(super) passes: u64,
+    /// Supports a side that a point sees, on which the cost of a tile depends.
+    pub(super) stencil: usize,
+    pub(super) tiles: usize,
+}
+
+/// Room enough that no contestant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
+const CAPACITIES: Capacities = Capacities { tiles: 256, points: 1 << 18, rows: 1 << 18, touched: 1 << 14 };
+
+/// Learns the exam's scans with these settings, the tile fitted to them, and answers its questions.
+pub(super) fn take(
+    exam: &Exam,
+    name: impl Into<String>,
+    settings: Settings,
+    supports: Option<&'static LearnedSupports>,
+) -> anyhow::Result<(Marks, Box<dyn AnyMap>)> {
+    let name = name.into();
+    let table = supports.map_or(bhm_core::support::SupportTable::EMPTY, LearnedSupports::table);
+    let settings = settings.fitted(table);
+    let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
+    let mut map = map::open_with(&profile, supports)?;
+    let (mut rows, mut passes) = (0, 0);
+    for scan in progress::over(exam.scans.iter(), name.clone()) {
+        if let Ok(report) = map.integrate(&scan.as_scan()) {
+            let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
+            anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
+            rows += u64::from(report.rows);
+            passes += u64::from(report.passes);
+        }
+    }
+    let logits: Vec<f32> =
+        exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
+    let scores = Scores::of(&logits, &exam.test.occupied)?;
+    let (resident, archived) = map.tile_counts();
+    Ok((Marks { name, scores, rows, passes, stencil: settings.stencil, tiles: resident + archived }, map))
+}
+
+/// The marks as a table, the best NLL marked.
+pub(super) fn table(marks: &[Marks]) -> String {
+    let best = marks.iter().map(|marks| marks.scores.nll).fold(f64::INFINITY, f64::min);
+    let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles", ""];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    rows.extend(marks.iter().map(|Marks { name, scores, rows, passes, stencil, tiles }| {
+        vec![
+            name.clone(),
+            scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}")),
+            format!("{:.5}", scores.nll),
+            format!("{:.5}", scores.ece),
+            rows.to_string(),
+            passes.to_string(),
+            stencil.to_string(),
+            tiles.to_string(),
+            if scores.nll == best { "best".to_owned() } else { String::new() },
+        ]
+    }));
+    crate::output::columns(&rows)
+}

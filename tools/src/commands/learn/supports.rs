@@ -1,0 +1,133 @@
+use std::path::PathBuf;
+
+use bhm_core::{kernel::KernelChoice, relevance::RelevanceSettings, settings::Settings};
+use bhm_host::{
+    dataset::{self, ReadOptions},
+    supports::{self, RelevanceOptions, learn_relevance},
+};
+use clap::Args;
+use serde::Serialize;
+
+use crate::{
+    options::MapOptions,
+    output::{Output, Usage, bytes, table},
+    reports,
+};
+
+/// Learn which places call for wide supports and which for narrow ones (relevance detection)
+///
+/// EM of a Gaussian mixture whose means stay on the lattice: a support between walls grows round, one on a wall grows along
+/// it, one without data becomes a point. Scans stream by; memory is 40 bytes for each lattice node that the log reaches.
+/// Every command that maps takes the file by --supports, with the same spacing.
+#[derive(Args, Debug)]
+pub(crate) struct Supports {
+    /// Scan log (CARMEN), plain or gzip
+    #[arg(required_unless_present = "print_config")]
+    log: Option<PathBuf>,
+    /// File of supports to write
+    #[arg(short, long, value_name = "FILE", required_unless_present = "print_config")]
+    output: Option<PathBuf>,
+    /// Passes of EM over the log
+    #[arg(long, default_value_t = RelevanceOptions::DEFAULT.passes, value_parser = clap::value_parser!(u32).range(1..=100),
+        value_name = "N")]
+    em_passes: u32,
+    /// How many observations a hit counts as: there are several free points to a hit
+    #[arg(long, default_value_t = RelevanceOptions::DEFAULT.hit_weight, value_name = "X")]
+    hit_weight: f32,
+    /// So many observations at the node itself does each support begin with: without more than that it stays a point
+    #[arg(long, default_value_t = RelevanceSettings::DEFAULT.pseudo_count, value_name = "X")]
+    pseudo_count: f32,
+    /// Largest standard deviation of a support along any direction, in spacings
+    #[arg(long, default_value_t = RelevanceSettings::DEFAULT.max_deviation, value_name = "X")]
+    max_deviation: f32,
+    #[command(flatten)]
+    map: MapOptions,
+}
+
+#[derive(Serialize)]
+struct Report {
+    output: PathBuf,
+    bytes: usize,
+    hits: u64,
+    free: u64,
+    unplaced: u64,
+    nodes: usize,
+    points: usize,
+    gaussians: usize,
+    /// Square root of the mean variance of those, in spacings, along their widest and their narrowest direction.
+    mean_deviations: [f32; 2],
+}
+
+impl Supports {
+    pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+        let Some(options) = self.map.effective()? else { return Ok(()) };
+        let (Some(log), Some(file)) = (&self.log, &self.output) else { return Ok(()) };
+        for (name, value) in [
+            ("hit-weight", self.hit_weight),
+            ("pseudo-count", self.pseudo_count),
+            ("max-deviation", self.max_deviation),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Usage(format!("--{name} is {value}, expected a positive number")).into());
+            }
+        }
+        let settings: &Settings = &options.profile.settings;
+        let scans = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
+        reports::scan_log(log, &scans.report);
+        let relevance = RelevanceOptions {
+            passes: self.em_passes,
+            hit_weight: self.hit_weight,
+            settings: RelevanceSettings { pseudo_count: self.pseudo_count, max_deviation: self.max_deviation },
+        };
+        let name = log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let source = format!("relevance detection on {name}, {} passes", self.em_passes);
+        let learned = learn_relevance(|| &scans.scans, settings, &relevance, source)?;
+        if settings.kernel == KernelChoice::CubicBSpline {
+            tracing::warn!(
+                "the {} blurs by quadrature, which is slow; map with --kernel squared-exponential",
+                settings.kernel.name()
+            );
+        }
+        supports::save(file, &learned.supports)?;
+        let report = Report::of(file, &learned, settings.spacing_m);
+        output.result(&report, || report.text())
+    }
+}
+
+impl Report {
+    fn of(file: &std::path::Path, learned: &supports::LearnedRelevance, spacing_m: f32) -> Self {
+        let shapes = learned.supports.supports();
+        let mut deviations = [0.0_f32; 2];
+        let mut gaussians = 0;
+        for support in shapes {
+            let bhm_core::support::AnySupport::GaussianSupport(support) = support else { continue };
+            let s = support.covariance_m2();
+            let (middle, half) = (0.5 * (s[(0, 0)] + s[(1, 1)]), 0.5 * (s[(0, 0)] - s[(1, 1)]));
+            let radius = half.hypot(s[(0, 1)]);
+            deviations[0] += middle + radius;
+            deviations[1] += middle - radius;
+            gaussians += 1;
+        }
+        Self {
+            output: file.to_owned(),
+            bytes: supports::encode(&learned.supports).len(),
+            hits: learned.observations[0],
+            free: learned.observations[1],
+            unplaced: learned.unplaced,
+            nodes: shapes.len(),
+            points: shapes.len() - gaussians,
+            gaussians,
+            mean_deviations: deviations.map(|sum| (sum / gaussians.max(1) as f32).max(0.0).sqrt() / spacing_m),
+        }
+    }
+
+    fn text(&self) -> String {
+        let [wide, narrow] = self.mean_deviations;
+        table(&[
+            ("learned from", format!("{} hits, {} free points, {} unplaced", self.hits, self.free, self.unplaced)),
+            ("supports", format!("{} Gaussians and {} points on {} nodes", self.gaussians, self.points, self.nodes)),
+            ("deviations", format!("{wide:.3} by {narrow:.3} spacings on average")),
+            ("written", format!("{} ({})", self.output.display(), bytes(self.bytes))),
+        ])
+    }
+}
