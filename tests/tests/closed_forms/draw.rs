@@ -2,8 +2,9 @@
 
 use bhm_core::{
     geometry::Point,
-    kernel::{AnyKernel, KernelChoice, KernelParameters, SquaredExponential},
-    reference::{Bump, Extent, Square},
+    kernel::{AnyKernel, Averaging, Kernel, KernelChoice, KernelParameters, SquaredExponential},
+    reference::{Average, Bump, Extent, Square},
+    support::{AnySupport, GaussianSupport, PointSupport, RectangularSupport},
 };
 use nalgebra::SMatrix;
 
@@ -101,7 +102,7 @@ pub fn covariance<const D: usize>(stream: &mut Stream, largest_m2: f64) -> SMatr
 }
 
 /// What to average over.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Over {
     /// A Gaussian support `S`.
     pub support: bool,
@@ -109,10 +110,24 @@ pub struct Over {
     pub spread: bool,
     /// A box, its sides from 1 mm up to so many widths of the kernel; 0 for none.
     pub sides_widths: f64,
+    /// The sides at least so many widths of the kernel.
+    pub sides_at_least: f64,
     /// A segment from 1 mm up to so many metres; 0 for none.
     pub along_m: f64,
-    /// The segment no longer than the widest of kernel and box, as quadrature along it wants.
-    pub short: bool,
+    /// The segment no longer than so many widths of the kernel, as quadrature along it wants.
+    pub along_widths: f64,
+}
+
+impl Over {
+    pub const POINT: Self = Self {
+        support: false,
+        spread: false,
+        sides_widths: 0.0,
+        sides_at_least: 0.0,
+        along_m: 0.0,
+        along_widths: f64::INFINITY,
+    };
+    pub const SEGMENT: Self = Self { along_m: 100.0, ..Self::POINT };
 }
 
 /// One drawn case.
@@ -129,18 +144,25 @@ pub struct Case<const D: usize> {
 
 impl<const D: usize> Case<D> {
     pub fn draw(stream: &mut Stream, shape: Shape, over: &Over) -> Self {
-        let (kernel, bump, width_m) = kernel::<D>(stream, shape);
-        let largest = width_m * width_m;
-        let mut gaussian = |wanted: bool| if wanted { covariance(stream, largest) } else { SMatrix::zeros() };
+        let kernel = kernel::<D>(stream, shape);
+        // Twice the variance of the kernel itself, seen as a density.
+        let largest_m2 = kernel.2 * kernel.2;
+        Self::about(stream, kernel, largest_m2, over)
+    }
+
+    /// About this kernel, covariances up to so much.
+    pub fn about(stream: &mut Stream, kernel: (AnyKernel<D>, Bump<D>, f64), largest_m2: f64, over: &Over) -> Self {
+        let (kernel, bump, width_m) = kernel;
+        let mut gaussian = |wanted: bool| if wanted { covariance(stream, largest_m2) } else { SMatrix::zeros() };
         let (support_m2, spread_m2) = (gaussian(over.support), gaussian(over.spread));
         let mut sides_m = Point::<D>::zeros();
         if over.sides_widths > 0.0 {
-            sides_m = Point::from_fn(|_, _| logarithmic(stream, 1e-3, over.sides_widths * width_m) as f32);
+            let shortest = (over.sides_at_least * width_m).max(1e-3);
+            sides_m = Point::from_fn(|_, _| logarithmic(stream, shortest, over.sides_widths * width_m) as f32);
         }
         let mut along_m = Point::<D>::zeros();
         if over.along_m > 0.0 {
-            let longest = if over.short { width_m.max(f64::from(sides_m.min())) } else { over.along_m };
-            let length = logarithmic(stream, 1e-3, longest);
+            let length = logarithmic(stream, 1e-3, over.along_m.min(over.along_widths * width_m));
             // Every eighth along an axis.
             let mut to = direction::<D>(stream);
             if stream.below(8) == 0 {
@@ -148,14 +170,43 @@ impl<const D: usize> Case<D> {
             }
             along_m = Point::from_fn(|i, _| (to[i] * length) as f32);
         }
-        // Some place that is covered lies within what of the kernel is above 1e-8 of its peak.
-        let distance = stream.between(0.0, 4.3) * width_m;
+        // Some place that is covered lies within what of the kernel is above 1e-8 of its peak, or of one twice as wide.
+        let furthest = [4.3, 8.6][stream.below(2)];
+        let distance = stream.between(0.0, furthest) * width_m;
         let away = direction::<D>(stream);
         let at = stream.between(-0.6, 0.6) as f32;
         let middle_m = Point::from_fn(|i, _| {
             (away[i] * distance) as f32 + along_m[i] * at + sides_m[i] * stream.between(-0.5, 0.5) as f32
         });
         Self { kernel, bump, width_m, support_m2, spread_m2, sides_m, along_m, middle_m }
+    }
+
+    /// The support that it is about.
+    pub fn support(&self) -> AnySupport<D> {
+        if self.sides_m.iter().any(|side| *side > 0.0) {
+            let support = RectangularSupport::new(self.sides_m, Averaging::Exact);
+            AnySupport::RectangularSupport(support.expect("positive sides"))
+        } else if self.support_m2.iter().any(|s| *s != 0.0) {
+            AnySupport::GaussianSupport(GaussianSupport::new(self.support_m2).expect("a covariance"))
+        } else {
+            AnySupport::PointSupport(PointSupport)
+        }
+    }
+
+    /// What the core says.
+    pub fn feature(&self) -> f32 {
+        let spread = self.spread_m2.iter().any(|s| *s != 0.0);
+        let kernel = if spread { self.kernel.blurred(&self.spread_m2) } else { self.kernel };
+        if self.along_m.iter().any(|v| *v != 0.0) {
+            self.support().segment_feature(&kernel, &self.middle_m, &self.along_m)
+        } else {
+            self.support().feature(&kernel, &self.middle_m)
+        }
+    }
+
+    /// What the oracle says.
+    pub fn exact(&self) -> f64 {
+        Average::new(&self.bump, &self.extent(), 1).at(&wide(&self.middle_m))
     }
 
     pub fn extent(&self) -> Extent<D> {

@@ -1,10 +1,6 @@
 //! The squared exponential and its two-scale sum, in every composition.
 
-use bhm_core::{
-    kernel::{Averaging, Kernel},
-    reference::{Average, Bump, Extent},
-    support::{AnySupport, GaussianSupport, PointSupport, RectangularSupport},
-};
+use bhm_core::reference::{Average, Bump, Extent};
 
 use crate::{
     draw::{Case, Over, Shape, wide},
@@ -13,41 +9,15 @@ use crate::{
 };
 
 const CASES: usize = 10_000;
-/// Closed forms blurred twice in a row round twice.
-const POINT: Over = Over { support: false, spread: false, sides_widths: 0.0, along_m: 0.0, short: false };
-const SEGMENT: Over = Over { along_m: 100.0, ..POINT };
 /// As wide as the documentation promises quadrature over boxes for.
-const BOX: Over = Over { sides_widths: 5.0, ..POINT };
-
-/// The support that a case is about.
-pub fn support<const D: usize>(case: &Case<D>) -> AnySupport<D> {
-    if case.sides_m.iter().any(|side| *side > 0.0) {
-        AnySupport::RectangularSupport(RectangularSupport::new(case.sides_m, Averaging::Exact).expect("a box"))
-    } else if case.support_m2.iter().any(|s| *s != 0.0) {
-        AnySupport::GaussianSupport(GaussianSupport::new(case.support_m2).expect("a covariance"))
-    } else {
-        AnySupport::PointSupport(PointSupport)
-    }
-}
-
-/// The core's feature of a case.
-fn feature<const D: usize>(case: &Case<D>) -> f32 {
-    let spread = case.spread_m2.iter().any(|s| *s != 0.0);
-    let kernel = if spread { case.kernel.blurred(&case.spread_m2) } else { case.kernel };
-    if case.along_m.iter().any(|v| *v != 0.0) {
-        support(case).segment_feature(&kernel, &case.middle_m, &case.along_m)
-    } else {
-        support(case).feature(&kernel, &case.middle_m)
-    }
-}
+const BOX: Over = Over { sides_widths: 5.0, ..Over::POINT };
 
 fn agrees<const D: usize>(what: &str, shape: Shape, over: Over, cases: usize, tolerance: Tolerance) {
     let mut stream = Stream::new(20_180 + cases as u64);
     let mut tally = Tally::new(&format!("{what}, {D}-D"), tolerance);
     for _ in 0..cases {
         let case = Case::<D>::draw(&mut stream, shape, &over);
-        let exact = Average::new(&case.bump, &case.extent(), 1).at(&wide(&case.middle_m));
-        tally.add(feature(&case), exact, &case);
+        tally.add(case.feature(), case.exact(), &case);
     }
     tally.finish();
 }
@@ -61,14 +31,14 @@ fn in_plane_and_space(what: &str, shape: Shape, over: Over, cases: usize) {
 #[test]
 fn blurred_by_a_support() {
     for (name, shape) in [("isotropic", Shape::Isotropic), ("full", Shape::Full), ("two scales", Shape::TwoScales)] {
-        in_plane_and_space(&format!("Gaussian support (13), {name}"), shape, Over { support: true, ..POINT }, CASES);
+        in_plane_and_space(&format!("Gaussian support (13), {name}"), shape, Over { support: true, ..Over::POINT }, CASES);
     }
 }
 
 #[test]
 fn blurred_twice() {
     for (name, shape) in [("isotropic", Shape::Isotropic), ("full", Shape::Full), ("two scales", Shape::TwoScales)] {
-        let over = Over { support: true, spread: true, ..POINT };
+        let over = Over { support: true, spread: true, ..Over::POINT };
         in_plane_and_space(&format!("Gaussian support, uncertain point, {name}"), shape, over, CASES);
     }
 }
@@ -76,14 +46,14 @@ fn blurred_twice() {
 #[test]
 fn segments() {
     for (name, shape) in [("isotropic", Shape::Isotropic), ("full", Shape::Full), ("two scales", Shape::TwoScales)] {
-        in_plane_and_space(&format!("segment (11), {name}"), shape, SEGMENT, CASES);
+        in_plane_and_space(&format!("segment (11), {name}"), shape, Over::SEGMENT, CASES);
     }
 }
 
 #[test]
 fn segments_blurred_once_and_twice() {
     for (name, shape) in [("isotropic", Shape::Isotropic), ("full", Shape::Full), ("two scales", Shape::TwoScales)] {
-        let once = Over { support: true, ..SEGMENT };
+        let once = Over { support: true, ..Over::SEGMENT };
         in_plane_and_space(&format!("Gaussian support, segment, {name}"), shape, once, CASES);
         let twice = Over { spread: true, ..once };
         in_plane_and_space(&format!("Gaussian support, uncertain segment, {name}"), shape, twice, CASES);
@@ -106,7 +76,7 @@ fn boxes_by_quadrature() {
 
 #[test]
 fn boxes_and_segments() {
-    let over = Over { along_m: 100.0, short: true, ..BOX };
+    let over = Over { along_m: 100.0, along_widths: 5.0, ..BOX };
     in_plane_and_space("box, segment", Shape::Isotropic, over, CASES);
     in_plane_and_space("box, segment, two scales", Shape::TwoScales, over, CASES);
     in_plane_and_space("box, segment, full", Shape::Full, over, CASES / 10);
@@ -116,9 +86,9 @@ fn boxes_and_segments() {
 /// The oracle with twice the nodes along every direction is the same oracle.
 #[test]
 fn the_oracle_is_refined_enough() {
-    let all = Over { support: true, spread: true, sides_widths: 10.0, along_m: 100.0, short: false };
+    let all = Over { support: true, spread: true, sides_widths: 10.0, ..Over::SEGMENT };
     let mut worst = 0.0_f64;
-    for (over, cases) in [(Over { sides_widths: 0.0, ..all }, 1_000), (Over { support: false, short: true, ..all }, 20)] {
+    for (over, cases) in [(Over { sides_widths: 0.0, ..all }, 1_000), (Over { support: false, along_widths: 5.0, ..all }, 20)] {
         let mut stream = Stream::new(7);
         for _ in 0..cases {
             let case = Case::<2>::draw(&mut stream, Shape::Full, &over);

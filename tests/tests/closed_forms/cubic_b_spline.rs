@@ -1,0 +1,69 @@
+//! The cubic B-spline, in every composition.
+
+use bhm_core::{
+    kernel::{KernelChoice, KernelParameters},
+    reference::Bump,
+};
+
+use crate::{
+    draw::{Case, Over, logarithmic},
+    stream::Stream,
+    tally::{CLOSED, Tally, Tolerance},
+};
+
+const CASES: usize = 10_000;
+
+/// Only absolute.
+fn absolute(absolute: f64) -> Tolerance {
+    Tolerance { relative: f64::NAN, floor: f64::INFINITY, absolute }
+}
+
+/// Covariances up to a standard deviation of `deviation` spacings.
+fn agrees<const D: usize>(what: &str, over: Over, deviation: f64, cases: usize, tolerance: Tolerance) {
+    let mut stream = Stream::new(1_946);
+    let mut tally = Tally::new(&format!("{what}, {D}-D"), tolerance);
+    for _ in 0..cases {
+        let spacing_m = logarithmic(&mut stream, 0.1, 1.0) as f32;
+        let kernel = KernelChoice::CubicBSpline.build(&KernelParameters { spacing_m, shape_m2: 0.0 });
+        let spacing_m = f64::from(spacing_m);
+        // Half a spacing for a width: 4.3 of them are as far as the spline reaches.
+        let kernel = (kernel, Bump::Spline { spacing_m }, 0.5 * spacing_m);
+        let case = Case::<D>::about(&mut stream, kernel, (deviation * spacing_m).powi(2), &over);
+        tally.add(case.feature(), case.exact(), &case);
+    }
+    tally.finish();
+}
+
+#[test]
+fn segments() {
+    agrees::<2>("spline, segment", Over { along_widths: 8.0, ..Over::SEGMENT }, 0.0, CASES, CLOSED);
+    agrees::<3>("spline, segment", Over { along_widths: 8.0, ..Over::SEGMENT }, 0.0, CASES / 10, CLOSED);
+    agrees::<2>("spline, segment of any length", Over::SEGMENT, 0.0, CASES, CLOSED);
+}
+
+#[test]
+fn boxes() {
+    let over = Over { sides_widths: 20.0, ..Over::POINT };
+    agrees::<2>("spline, box", over, 0.0, CASES, CLOSED);
+    agrees::<3>("spline, box", over, 0.0, CASES / 10, CLOSED);
+}
+
+#[test]
+fn blurred() {
+    let over = Over { support: true, ..Over::POINT };
+    agrees::<2>("spline blurred by up to 0.3 spacings", over, 0.3, CASES, absolute(4e-4));
+    agrees::<2>("spline blurred by up to 0.75 spacings", over, 0.75, CASES, absolute(4e-3));
+}
+
+#[test]
+fn blurred_segments() {
+    let over = Over { support: true, along_widths: 8.0, ..Over::SEGMENT };
+    agrees::<2>("spline blurred by up to 0.3 spacings, segment", over, 0.3, CASES / 50, absolute(4e-4));
+    agrees::<2>("spline blurred by up to 0.75 spacings, segment", over, 0.75, CASES / 50, absolute(4e-3));
+}
+
+#[test]
+fn boxes_and_segments() {
+    let over = Over { sides_widths: 10.0, along_widths: 4.0, ..Over::SEGMENT };
+    agrees::<2>("spline, box, segment", over, 0.0, CASES, absolute(1e-4));
+}
