@@ -93,9 +93,10 @@ pub fn kernel<const D: usize>(stream: &mut Stream, shape: Shape) -> (AnyKernel<D
     }
 }
 
-/// A covariance: from tiny to `largest_m2`, round, long, nearly and quite singular.
+/// A covariance: from tiny to `largest_m2` and every other near that, round, long, nearly and quite singular.
 pub fn covariance<const D: usize>(stream: &mut Stream, largest_m2: f64) -> SMatrix<f32, D, D> {
-    let first = logarithmic(stream, 1e-8 * largest_m2, largest_m2);
+    let smallest = [1e-8, 0.5][stream.below(2)];
+    let first = logarithmic(stream, smallest * largest_m2, largest_m2);
     let values = core::array::from_fn(|i| if i == 0 { first } else { first * [1.0, 1e-3, 1e-7, 0.0][stream.below(4)] });
     let turned = stream.unit() < 0.8;
     symmetric(stream, &values, turned)
@@ -145,7 +146,7 @@ pub struct Case<const D: usize> {
 impl<const D: usize> Case<D> {
     pub fn draw(stream: &mut Stream, shape: Shape, over: &Over) -> Self {
         let kernel = kernel::<D>(stream, shape);
-        // Twice the variance of the kernel itself, seen as a density.
+        // Twice the variance of the kernel itself, seen as a density: it becomes √3 as wide.
         let largest_m2 = kernel.2 * kernel.2;
         Self::about(stream, kernel, largest_m2, over)
     }

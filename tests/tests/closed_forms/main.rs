@@ -4,9 +4,11 @@
 //! box or a segment a composite Gauss–Legendre sum. It sees the inputs as rounded to `f32`. Worst errors are printed.
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
 
+mod composition;
 mod cubic_b_spline;
 mod draw;
 mod gradients;
+mod limits;
 mod squared_exponential;
 #[path = "../common/stream.rs"]
 mod stream;

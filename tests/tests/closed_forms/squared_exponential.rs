@@ -31,7 +31,12 @@ fn in_plane_and_space(what: &str, shape: Shape, over: Over, cases: usize) {
 #[test]
 fn blurred_by_a_support() {
     for (name, shape) in [("isotropic", Shape::Isotropic), ("full", Shape::Full), ("two scales", Shape::TwoScales)] {
-        in_plane_and_space(&format!("Gaussian support (13), {name}"), shape, Over { support: true, ..Over::POINT }, CASES);
+        in_plane_and_space(
+            &format!("Gaussian support (13), {name}"),
+            shape,
+            Over { support: true, ..Over::POINT },
+            CASES,
+        );
     }
 }
 
@@ -88,7 +93,9 @@ fn boxes_and_segments() {
 fn the_oracle_is_refined_enough() {
     let all = Over { support: true, spread: true, sides_widths: 10.0, ..Over::SEGMENT };
     let mut worst = 0.0_f64;
-    for (over, cases) in [(Over { sides_widths: 0.0, ..all }, 1_000), (Over { support: false, along_widths: 5.0, ..all }, 20)] {
+    for (over, cases) in
+        [(Over { sides_widths: 0.0, ..all }, 1_000), (Over { support: false, along_widths: 5.0, ..all }, 20)]
+    {
         let mut stream = Stream::new(7);
         for _ in 0..cases {
             let case = Case::<2>::draw(&mut stream, Shape::Full, &over);
