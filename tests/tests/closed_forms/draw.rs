@@ -15,6 +15,12 @@ pub fn logarithmic(stream: &mut Stream, low: f64, high: f64) -> f64 {
     stream.between(low.ln(), high.ln()).exp()
 }
 
+/// Any length up to the longest, every fourth near that.
+fn length(stream: &mut Stream, shortest: f64, longest: f64) -> f64 {
+    let shortest = if stream.below(4) == 0 { shortest.max(0.9 * longest) } else { shortest };
+    logarithmic(stream, shortest, longest)
+}
+
 pub fn wide<const D: usize>(point: &Point<D>) -> [f64; D] {
     core::array::from_fn(|i| f64::from(point[i]))
 }
@@ -159,11 +165,11 @@ impl<const D: usize> Case<D> {
         let mut sides_m = Point::<D>::zeros();
         if over.sides_widths > 0.0 {
             let shortest = (over.sides_at_least * width_m).max(1e-3);
-            sides_m = Point::from_fn(|_, _| logarithmic(stream, shortest, over.sides_widths * width_m) as f32);
+            sides_m = Point::from_fn(|_, _| length(stream, shortest, over.sides_widths * width_m) as f32);
         }
         let mut along_m = Point::<D>::zeros();
         if over.along_m > 0.0 {
-            let length = logarithmic(stream, 1e-3, over.along_m.min(over.along_widths * width_m));
+            let length = length(stream, 1e-3, over.along_m.min(over.along_widths * width_m));
             // Every eighth along an axis.
             let mut to = direction::<D>(stream);
             if stream.below(8) == 0 {

@@ -1,12 +1,10 @@
 //! Gradients against differences of the oracle, in units of the kernel's width.
 
-use bhm_core::{
-    kernel::{KernelChoice, KernelParameters},
-    reference::{Average, Bump},
-};
+use bhm_core::reference::Average;
 
 use crate::{
-    draw::{Case, Over, Shape, logarithmic, wide},
+    cubic_b_spline::draw,
+    draw::{Case, Over, Shape, wide},
     stream::Stream,
     tally::{Tally, Tolerance},
 };
@@ -47,14 +45,7 @@ fn of_squared_exponentials() {
 
 #[test]
 fn of_splines() {
-    let draw = |stream: &mut Stream, over: &Over| {
-        let spacing_m = logarithmic(stream, 0.1, 1.0) as f32;
-        let kernel = KernelChoice::CubicBSpline.build(&KernelParameters { spacing_m, shape_m2: 0.0 });
-        let spacing_m = f64::from(spacing_m);
-        let kernel = (kernel, Bump::Spline { spacing_m }, 0.5 * spacing_m);
-        Case::<2>::about(stream, kernel, 0.0, over)
-    };
     // Differences of the oracle see the spline's knots: their error is the step squared, 1e-6.
-    agree("point, spline", Tolerance { absolute: 3e-6, ..SMOOTH }, |stream| draw(stream, &Over::POINT));
-    agree("box, spline", DIFFERENCE, |stream| draw(stream, &BOX));
+    agree("point, spline", Tolerance { absolute: 3e-6, ..SMOOTH }, |stream| draw::<2>(stream, Over::POINT, 0.0));
+    agree("box, spline", DIFFERENCE, |stream| draw::<2>(stream, BOX, 0.0));
 }

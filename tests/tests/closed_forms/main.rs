@@ -9,6 +9,7 @@ mod cubic_b_spline;
 mod draw;
 mod gradients;
 mod limits;
+mod oracle;
 mod squared_exponential;
 #[path = "../common/stream.rs"]
 mod stream;
