@@ -2,6 +2,7 @@
 //!
 //! They reproduce the kernel at the supports, `Φ̃ᵀΦ̃ = K`; with them a flat prior is the Gaussian process's, and learning
 //! with them is learning the weights of `k(x)` itself under the prior precision `K`. Supports stand anywhere: `B = M`.
+#![allow(clippy::needless_range_loop, reason = "indices as the formulas have them")]
 
 mod common;
 

@@ -79,7 +79,7 @@ fn agrees(kernel: KernelChoice, support: SupportChoice, segment: bool, spread: b
     let mut tally = Tally::new(&what, tolerance);
     let mut stream = Stream::new(99);
     // The oracle's blurred splines are dear; every place is compared at 36 nodes.
-    let places = if spline && blurred { 4 } else { 300 };
+    let places = if spline && blurred { 2 } else { 300 };
     for _ in 0..places {
         let place = place(&mut stream, segment);
         let deviation_m = 0.2 * f64::from(SPACING_M);
