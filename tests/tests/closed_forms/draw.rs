@@ -45,18 +45,19 @@ pub fn symmetric<const D: usize>(stream: &mut Stream, values: &[f64; D], turned:
     let mut axes = [[0.0; D]; D];
     for i in 0..D {
         axes[i][i] = 1.0;
-        // Gram–Schmidt; an axis nearly in the span of the others is drawn again.
-        while turned {
-            let mut axis = direction::<D>(stream);
-            for other in &axes[..i] {
-                let along: f64 = axis.iter().zip(other).map(|(a, b)| a * b).sum();
-                axis = core::array::from_fn(|k| axis[k] - along * other[k]);
-            }
-            let norm = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if norm > 0.1 {
-                axes[i] = axis.map(|x| x / norm);
-                break;
-            }
+        if turned {
+            axes[i] = loop {
+                // Gram–Schmidt; an axis nearly in the span of the others is drawn again.
+                let mut axis = direction::<D>(stream);
+                for other in &axes[..i] {
+                    let along: f64 = axis.iter().zip(other).map(|(a, b)| a * b).sum();
+                    axis = core::array::from_fn(|k| axis[k] - along * other[k]);
+                }
+                let norm = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if norm > 0.1 {
+                    break axis.map(|x| x / norm);
+                }
+            };
         }
     }
     // The product of the axes first, so that rounding keeps it symmetric.
