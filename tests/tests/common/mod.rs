@@ -1,5 +1,5 @@
 //! What several of these tests need: the recorded logs, posteriors to work on, the oracle's view of the core's numbers.
-#![allow(dead_code, reason = "each test file is a program of its own and uses a part of this")]
+#![allow(dead_code, unused_imports, reason = "each test file is a program of its own and uses a part of this")]
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
 
 mod stream;
