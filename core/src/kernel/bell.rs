@@ -25,6 +25,6 @@ pub(super) fn average(low: f32, high: f32) -> f32 {
     } else {
         libm::erff(high) - libm::erff(low)
     };
-    const HALF_SQRT_PI: f32 = 0.886_226_925;
+    const HALF_SQRT_PI: f32 = 0.886_226_95;
     HALF_SQRT_PI * integral / width
 }

@@ -1,4 +1,5 @@
 //! Averages over a line by weighted nodes.
+#![allow(clippy::excessive_precision, reason = "nodes as tabulated; f32 takes what it can")]
 
 /// Nodes and weights on `[−½, ½]`; the weights sum to 1.
 pub(crate) type Nodes = [(f32, f32)];

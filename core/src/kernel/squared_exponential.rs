@@ -18,7 +18,8 @@ use crate::{geometry::Point, lattice::offsets};
 /// * over a segment: `exp(−d⊥ᵀ G⁻¹ d⊥)` times an average of `exp(−t²)`, `d⊥` the displacement of the segment's line. The
 ///   paper's eq. (11) says there is no closed form.
 /// * over a box, for diagonal `G`: a product over axes of averages of `exp(−t²)`. For any other `G`, twelve Gauss–Legendre
-///   nodes along each axis but the last, along which it is a segment: relative error below 1e-4 for sides up to five widths `√G`.
+///   nodes along each axis but the last, along which it is a segment: relative error below 1e-4 for sides up to seven
+///   widths, the width being the square root of the smallest eigenvalue of `G`; 6e-3 at ten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SquaredExponential<const D: usize> {
     amplitude: f32,

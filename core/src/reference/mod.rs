@@ -22,17 +22,21 @@
 //! ```
 
 mod blend;
+mod convolution;
 mod features;
 mod kernel;
 mod logistic;
 mod map;
 mod matrix;
 mod posterior;
+mod quadrature;
 
 pub use blend::TileBlend;
+pub use convolution::{Average, Bump, Extent};
 pub use features::Features;
 pub use kernel::Kernel;
 pub use logistic::{expected_ln_sigmoid, lambda, ln_sigmoid, sigmoid};
 pub use map::DenseMap;
 pub use matrix::{Factor, Matrix, quadratic, times};
 pub use posterior::{DensePosterior, Observation, Prediction, Rule, Safeguard, Trace, XiStart};
+pub use quadrature::Square;

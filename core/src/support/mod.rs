@@ -41,8 +41,8 @@ pub trait Support<const D: usize>: Sized {
 
     /// The average of the feature over a segment, `∫₀¹ feature(d + (ζ − ½)v) dζ`.
     ///
-    /// Where a support knows no closed form: twelve Gauss–Legendre nodes. For segments as long as the area or the kernel is
-    /// wide their relative error is below 1e-4.
+    /// Where a support knows no closed form: twelve Gauss–Legendre nodes. Of a squared exponential their relative error is
+    /// below 1e-4 for segments up to seven widths `√G`, of a B-spline their absolute error below 3e-5 up to two spacings.
     fn segment_feature(&self, kernel: &impl Kernel<D>, middle_m: &Point<D>, along_m: &Point<D>) -> f32 {
         mean(LEGENDRE_12, |x| self.feature(kernel, &(middle_m + along_m * x)))
     }

@@ -1,6 +1,8 @@
 //! What several of these tests need: the recorded logs, posteriors to work on, the oracle's view of the core's numbers.
-#![allow(dead_code, reason = "each test file is a program of its own and uses a part of this")]
+#![allow(dead_code, unused_imports, reason = "each test file is a program of its own and uses a part of this")]
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
+
+mod stream;
 
 use std::path::PathBuf;
 
@@ -16,6 +18,7 @@ use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions},
 };
+pub use stream::Stream;
 
 /// How far a pass may lower the bound, as the core's `em` module states it: `1e-3 + 1e-5·|L|`.
 pub const SAFEGUARD: Safeguard = Safeguard { absolute: 1e-3, relative: 1e-5 };
@@ -172,34 +175,5 @@ impl Differences {
 impl std::fmt::Display for Differences {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "rms {:.2e}, largest {:.2e} over {}", self.rms(), self.largest, self.count)
-    }
-}
-
-/// A seeded stream of numbers in [0, 1), the same everywhere (SplitMix64).
-pub struct Stream(u64);
-
-impl Stream {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn unit(&mut self) -> f64 {
-        (self.word() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.unit() * count as f64) as usize
     }
 }
