@@ -1,6 +1,7 @@
 //! The options that decide what a map learns, shared by every command that makes one.
 
 mod choice;
+mod poses;
 mod values;
 
 use std::{
@@ -10,10 +11,14 @@ use std::{
 
 use anyhow::Context;
 use bhm_core::profile::Profile;
-use bhm_host::map::{self, AnyMap};
+use bhm_host::{
+    ScanRecord,
+    map::{self, AnyMap},
+    supports::{self, LearnedSupports},
+};
 use clap::Args;
 
-pub(crate) use self::values::MapValues;
+pub(crate) use self::{poses::PoseDeviations, values::MapValues};
 use crate::output::{self, Usage};
 
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
@@ -32,12 +37,23 @@ pub(crate) struct MapOptions {
 }
 
 /// What the options come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Effective {
     /// What the map learns, and how much memory it may use.
     pub(crate) profile: Profile,
     /// The sensor's maximum range, metres, where the data are not to be believed or asked.
     pub(crate) max_range_m: Option<f32>,
+    /// How far off the scans' poses are, where they do not say.
+    pub(crate) poses: PoseDeviations,
+    /// Supports of their own that nodes of the map have.
+    pub(crate) supports: Option<SupportsFile>,
+}
+
+/// Learned supports, and the file that they were read from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SupportsFile {
+    pub(crate) path: PathBuf,
+    pub(crate) supports: &'static LearnedSupports,
 }
 
 impl MapOptions {
@@ -48,9 +64,10 @@ impl MapOptions {
     pub(crate) fn effective(&self) -> anyhow::Result<Option<Effective>> {
         let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
         let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
-        let effective = merged.effective().map_err(|problem| match &file {
+        let supports = merged.supports().map(load).transpose()?;
+        let effective = merged.effective(supports.as_ref()).map_err(|problem| match &file {
             // The file's fault if it says so on its own.
-            Some((path, values)) if values.effective().as_ref() == Err(&problem) => {
+            Some((path, values)) if values.effective(supports.as_ref()).as_ref() == Err(&problem) => {
                 Usage(format!("{}: {problem}", path.display()))
             }
             _ => Usage(problem),
@@ -69,8 +86,23 @@ impl Effective {
     /// # Errors
     /// [`Usage`] if no map can be made like this.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn AnyMap>> {
-        map::open(&self.profile).map_err(|error| Usage(error.to_string()).into())
+        map::open_with(&self.profile, self.table()).map_err(|error| Usage(error.to_string()).into())
     }
+
+    /// Supports of their own that nodes of the map have.
+    pub(crate) fn table(&self) -> Option<&'static LearnedSupports> {
+        self.supports.as_ref().map(|file| file.supports)
+    }
+
+    /// Scans as they are to be learned: with what is known about their poses, where they do not say.
+    pub(crate) fn prepare(&self, scans: &mut [ScanRecord]) {
+        scans.iter_mut().for_each(|scan| self.poses.apply(scan));
+    }
+}
+
+/// Reads learned supports.
+fn load(path: &Path) -> anyhow::Result<SupportsFile> {
+    Ok(SupportsFile { path: path.to_owned(), supports: supports::load(path)?.interned() })
 }
 
 /// Reads a configuration file.
@@ -101,7 +133,10 @@ mod tests {
 
     #[test]
     fn without_options_a_profile_is_itself() {
-        assert_eq!(effective(&[]).unwrap(), Effective { profile: profile::INDOOR, max_range_m: None });
+        assert_eq!(
+            effective(&[]).unwrap(),
+            Effective { profile: profile::INDOOR, max_range_m: None, poses: Default::default(), supports: None }
+        );
         for profile in profile::ALL {
             assert_eq!(effective(&["--profile", profile.name]).unwrap().profile, *profile);
         }
@@ -114,6 +149,7 @@ mod tests {
         for arguments in [
             &["--profile=paper"][..],
             &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
+            &["--pose-deviation=0.05", "--heading-deviation=0.01"],
             &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
             &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3"],
         ] {
