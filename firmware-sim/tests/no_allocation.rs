@@ -77,10 +77,10 @@ fn memory_does_not_grow_once_the_loop_runs() {
     let gaussians = vec![SupportChoice::GaussianSupport.build(&parameters); window.supports()];
     let learned_with = LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: String::new() };
     let supports = LearnedSupports::new([0.0; 2], 0.5, window, gaussians, learned_with).expect("good supports");
-    let supports = Some(supports.interned());
-    let profile = Profile { settings: PROFILE.settings.fitted(supports.expect("just made").table()), ..PROFILE };
+    let supports = supports.interned();
+    let profile = Profile { settings: PROFILE.settings.fitted(supports.table()), ..PROFILE };
     let run = Options { publish_every: 3, until: Until::SourceEnds };
-    let options = OnboardOptions { run, consumers: 2, path_poses: 16, supports };
+    let options = OnboardOptions { run, consumers: 2, path_poses: 16, supports: Some(supports) };
     let never = AtomicBool::new(false);
     thread::scope(|scope| {
         let mapper = scope.spawn(|| {

@@ -98,12 +98,13 @@ fn a_map_with_learned_supports_is_the_one_made_offline_and_consumers_see_it() {
     for number in 1..=SCANS {
         offline.integrate(&scan(number, SCANS).as_scan()).expect("a good scan");
     }
+    let expected = offline.digest();
     let options = OnboardOptions { run: Options::default(), supports: Some(supports), ..UNTIL_END };
     let at: Vec<_> = (0..1_000).map(|i| Point::<2>::new(i as f32 * 0.04, (i % 7) as f32 * 0.3 - 1.0)).collect();
     thread::scope(|scope| {
         let mapper = scope.spawn(|| {
             run_onboard(&profile, &domain, &options, &stop, |map, _| {
-                assert_eq!(map.digest(), offline.digest());
+                assert_eq!(map.digest(), expected);
                 Ok(())
             })
         });
