@@ -6,4 +6,5 @@ mod bad_input;
 mod live;
 mod maps;
 mod support;
+mod supports;
 mod usage;
