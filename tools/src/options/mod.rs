@@ -17,6 +17,7 @@ use bhm_host::{
     supports::{self, LearnedSupports},
 };
 use clap::Args;
+use tracing::warn;
 
 pub(crate) use self::{poses::PoseDeviations, values::MapValues};
 use crate::output::{self, Usage};
@@ -72,6 +73,12 @@ impl MapOptions {
             }
             _ => Usage(problem),
         })?;
+        if let Some(SupportsFile { path, supports }) = &effective.supports {
+            let (learned, used) = (supports.learned_with().kernel.name(), effective.profile.settings.kernel.name());
+            if learned != used {
+                warn!("{}: learned with the kernel {learned}, used with {used}", path.display());
+            }
+        }
         if self.print_config {
             output::print(&toml::to_string(&MapValues::of(&effective))?)?;
             return Ok(None);
