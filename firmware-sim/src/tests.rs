@@ -177,6 +177,7 @@ fn every_reason_has_its_counter() {
     let rejections = [
         ScanRejected::TooManyBeams { beams: 1 },
         ScanRejected::PoseNotFinite,
+        ScanRejected::PoseCovariance,
         ScanRejected::PoseTooFar { x_m: 0.0, y_m: 0.0 },
         ScanRejected::Angles { min_rad: 0.0, increment_rad: 0.0 },
         ScanRejected::RangeLimits { min_m: 0.0, max_m: 0.0 },

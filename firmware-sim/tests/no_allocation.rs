@@ -12,11 +12,17 @@ use std::time::Duration;
 
 use bhm_core::{
     geometry::Pose,
+    kernel::{Averaging, KernelChoice},
+    lattice::Window,
     profile::{self, Capacities, Profile},
     scan::Scan,
+    support::{SupportChoice, SupportParameters},
 };
 use bhm_firmware_sim::{OnboardOptions, Options, Until, run_onboard};
-use bhm_host::ipc::{PacedSource, Place, Sent, StatusSubscriber, TemporaryDomain, open_posterior_any};
+use bhm_host::{
+    ipc::{PacedSource, Place, Sent, StatusSubscriber, TemporaryDomain, open_posterior_any},
+    supports::{LearnedSupports, LearnedWith},
+};
 
 thread_local! {
     static WATCHED: Cell<bool> = const { Cell::new(false) };
@@ -65,8 +71,16 @@ fn memory_does_not_grow_once_the_loop_runs() {
     const PROFILE: Profile =
         Profile { capacities: Capacities { tiles: 24, points: 4_096, rows: 4_096, touched: 24 }, ..profile::COMPACT };
     let domain = TemporaryDomain::new().expect("a domain");
-    let options =
-        OnboardOptions { run: Options { publish_every: 3, until: Until::SourceEnds }, consumers: 2, path_poses: 16 };
+    // With supports of their own for some nodes: they travel before the loop begins.
+    let window = Window { first: [-8; 2], width: [16; 2] };
+    let parameters = SupportParameters { spacing_m: 0.5, size: 0.2, averaging: Averaging::Exact };
+    let gaussians = vec![SupportChoice::GaussianSupport.build(&parameters); window.supports()];
+    let learned_with = LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: String::new() };
+    let supports = LearnedSupports::new([0.0; 2], 0.5, window, gaussians, learned_with).expect("good supports");
+    let supports = supports.interned();
+    let profile = Profile { settings: PROFILE.settings.fitted(supports.table()), ..PROFILE };
+    let run = Options { publish_every: 3, until: Until::SourceEnds };
+    let options = OnboardOptions { run, consumers: 2, path_poses: 16, supports: Some(supports) };
     let never = AtomicBool::new(false);
     thread::scope(|scope| {
         let mapper = scope.spawn(|| {
@@ -75,7 +89,7 @@ fn memory_does_not_grow_once_the_loop_runs() {
                 WATCHED.set(false);
                 Ok(())
             };
-            run_onboard(&PROFILE, &domain, &options, &never, at_the_end).expect("no error")
+            run_onboard(&profile, &domain, &options, &never, at_the_end).expect("no error")
         });
         let here = domain.join("test").expect("a domain of one's own");
         let mut source = PacedSource::open(&here).expect("the only source");

@@ -7,6 +7,7 @@ use bhm_host::ipc::{
     Domain, IpcError, Participant, Place, PosteriorNews, PosteriorPublisher, Progress, ScanSample, ScanSink,
     StatusPublisher, fresh_id,
 };
+use bhm_host::supports::LearnedSupports;
 
 use crate::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
 
@@ -30,13 +31,14 @@ impl<'s, const M: usize, const B: usize> SharedMemoryLink<'s, M, B> {
         domain: &Domain,
         slots: usize,
         consumers: usize,
+        supports: Option<&'static LearnedSupports>,
         stop: &'s AtomicBool,
     ) -> Result<Self, IpcError> {
         let participant = domain.join("bhm-onboard")?;
         let mapper = fresh_id();
         // First, since it is what a second mapper is refused by.
         let status = StatusPublisher::open(&participant, mapper)?;
-        let posterior = PosteriorPublisher::open(&participant, mapper, slots, consumers)?;
+        let posterior = PosteriorPublisher::open_with(&participant, mapper, slots, consumers, supports)?;
         let scans = ScanSink::open(&participant)?;
         Ok(Self { held: None, scans, posterior, status, _participant: participant, mapper, stop })
     }

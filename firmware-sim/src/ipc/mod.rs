@@ -15,6 +15,7 @@ use bhm_core::{geometry::Pose, profile::Profile, settings::SettingsError};
 use bhm_host::{
     ipc::{DEFAULT_CONSUMERS, Domain, IpcError},
     map::{self, AnyMap, OwnedMapper, UnknownShape},
+    supports::LearnedSupports,
 };
 
 use crate::{Counters, End, Onboard, Options};
@@ -22,7 +23,7 @@ use link::SharedMemoryLink;
 use recorded_map::RecordedMap;
 
 /// What the onboard process is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnboardOptions {
     /// How the loop behaves.
     pub run: Options,
@@ -30,11 +31,13 @@ pub struct OnboardOptions {
     pub consumers: usize,
     /// Most poses of the robot's path that are kept; a longer path is thinned evenly.
     pub path_poses: usize,
+    /// Supports of their own that nodes of the map have; consumers get them before the first posterior.
+    pub supports: Option<&'static LearnedSupports>,
 }
 
 impl Default for OnboardOptions {
     fn default() -> Self {
-        Self { run: Options::default(), consumers: DEFAULT_CONSUMERS, path_poses: 16_384 }
+        Self { run: Options::default(), consumers: DEFAULT_CONSUMERS, path_poses: 16_384, supports: None }
     }
 }
 
@@ -107,10 +110,13 @@ fn run<const M: usize, const B: usize>(
     stop: &AtomicBool,
     finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
 ) -> Result<Summary, OnboardError> {
-    let link = SharedMemoryLink::open(domain, profile.capacities.tiles, options.consumers, stop)?;
+    let OnboardOptions { run, consumers, path_poses, supports } = *options;
+    // Before anybody is shown supports that are not the map's.
+    supports.map_or(Ok(()), |supports| supports.matches(&profile.settings)).map_err(UnknownShape::from)?;
+    let link = SharedMemoryLink::open(domain, profile.capacities.tiles, consumers, supports, stop)?;
     let mapper = link.mapper();
-    let map = OwnedMapper::<M, B>::new(profile)?;
-    let mut onboard = Onboard::new(RecordedMap::new(map, options.path_poses), link, options.run);
+    let map = OwnedMapper::<M, B>::with_supports(profile, supports)?;
+    let mut onboard = Onboard::new(RecordedMap::new(map, path_poses), link, run);
     let end = onboard.run();
     let counters = *onboard.counters();
     let last_fault = onboard.last_fault().cloned();

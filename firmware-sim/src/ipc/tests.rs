@@ -1,13 +1,18 @@
 //! The onboard program through real shared memory, a thread where a robot has a process.
 
+use std::string::{String, ToString};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 use std::vec::Vec;
 
 use bhm_core::{
-    geometry::Point,
+    geometry::{Point, PoseCovariance},
+    kernel::{Averaging, KernelChoice},
+    lattice::Window,
     profile::{self, Capacities},
+    settings::Settings,
+    support::{SupportChoice, SupportParameters},
 };
 use bhm_host::{
     ScanRecord,
@@ -16,6 +21,7 @@ use bhm_host::{
         TemporaryDomain, open_posterior_any,
     },
     map,
+    supports::LearnedWith,
 };
 
 use super::*;
@@ -25,8 +31,12 @@ use crate::Until;
 const TIGHT: Profile =
     Profile { capacities: Capacities { tiles: 12, points: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
 
-const UNTIL_END: OnboardOptions =
-    OnboardOptions { run: Options { publish_every: 10, until: Until::SourceEnds }, consumers: 2, path_poses: 64 };
+const UNTIL_END: OnboardOptions = OnboardOptions {
+    run: Options { publish_every: 10, until: Until::SourceEnds },
+    consumers: 2,
+    path_poses: 64,
+    supports: None,
+};
 
 /// A robot that walks 40 m along a corridor and back.
 fn scan(number: u64, of: u64) -> ScanRecord {
@@ -61,6 +71,89 @@ fn replay(domain: &Domain, scans: u64) {
         assert_eq!(source.send(&scan(number, scans).as_scan(), place, &never), Ok(Sent::Yes));
     }
     assert_eq!(source.finish(&never), Ok(Sent::Yes));
+}
+
+/// Supports of two shapes along the corridor.
+fn supports() -> &'static LearnedSupports {
+    let window = Window { first: [-4, -6], width: [90, 12] };
+    let supports = (0..window.supports()).map(|number| {
+        let size = if number % 3 == 0 { 0.3 } else { 0.1 };
+        let parameters = SupportParameters { spacing_m: 0.5, size, averaging: Averaging::Exact };
+        SupportChoice::GaussianSupport.build(&parameters)
+    });
+    let learned_with =
+        LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: String::from("a test") };
+    let supports = supports.collect();
+    LearnedSupports::new([0.0; 2], 0.5, window, supports, learned_with).expect("good supports").interned()
+}
+
+#[test]
+fn a_map_with_learned_supports_is_the_one_made_offline_and_consumers_see_it() {
+    const SCANS: u64 = 60;
+    let domain = domain();
+    let stop = AtomicBool::new(false);
+    let supports = supports();
+    let profile = Profile { settings: TIGHT.settings.fitted(supports.table()), ..TIGHT };
+    let mut offline = map::open_with(&profile, Some(supports)).expect("a compiled shape");
+    for number in 1..=SCANS {
+        offline.integrate(&scan(number, SCANS).as_scan()).expect("a good scan");
+    }
+    let expected = offline.digest();
+    let options = OnboardOptions { run: Options::default(), supports: Some(supports), ..UNTIL_END };
+    let at: Vec<_> = (0..1_000).map(|i| Point::<2>::new(i as f32 * 0.04, (i % 7) as f32 * 0.3 - 1.0)).collect();
+    thread::scope(|scope| {
+        let mapper = scope.spawn(|| {
+            run_onboard(&profile, &domain, &options, &stop, |map, _| {
+                assert_eq!(map.digest(), expected);
+                Ok(())
+            })
+        });
+        let here = joined(&domain);
+        let mut reader = eventually(|| open_posterior_any(&here).ok());
+        replay(&domain, SCANS);
+        let last = eventually(|| {
+            let posterior = reader.receive(Duration::MAX).expect("no fault")?.expect("its supports are there");
+            (posterior.header().scans == SCANS).then_some(posterior)
+        });
+        let tiles = last.tile_indices();
+        assert_eq!((last.digest(), last.header().supports_digest), (offline.digest_of(&tiles), supports.digest()));
+        assert_eq!(*last.model(), offline.model());
+        let mut same = 0;
+        for at in at {
+            // Away from tiles that are in the archive alone, both say the same.
+            same += usize::from(last.gradient(&at) == offline.gradient(&at));
+        }
+        assert!(same > 100, "{same} of 1000");
+        stop.store(true, Ordering::Relaxed);
+        mapper.join().expect("no panic").expect("no error");
+    });
+    let elsewhere = Profile { settings: Settings { spacing_m: 0.25, ..profile.settings }, ..profile };
+    let refused = run_onboard(&elsewhere, &domain, &options, &stop, |_, _| Ok(())).expect_err("another lattice");
+    assert!(refused.to_string().contains("spacing of 0.5 m, the map has 0.25 m"), "{refused}");
+}
+
+#[test]
+fn a_scan_with_an_impossible_pose_covariance_is_rejected_and_counted() {
+    let domain = domain();
+    let stop = AtomicBool::new(false);
+    let impossible = PoseCovariance { xx_m2: -1.0, ..PoseCovariance::independent(0.1, 0.01) };
+    let summary = thread::scope(|scope| {
+        scope.spawn(|| {
+            let here = joined(&domain);
+            let mut source = PacedSource::open(&here).expect("the only source");
+            let never = AtomicBool::new(false);
+            let covariances = [None, Some(impossible), Some(PoseCovariance::independent(0.05, 0.01))];
+            for (number, pose_covariance) in (1..).zip(covariances) {
+                let scan = ScanRecord { pose_covariance, ..scan(number, 3) };
+                let place = if number == 3 { Place::Last } else { Place::Within };
+                assert_eq!(source.send(&scan.as_scan(), place, &never), Ok(Sent::Yes));
+            }
+            assert_eq!(source.finish(&never), Ok(Sent::Yes));
+        });
+        run_onboard(&TIGHT, &domain, &UNTIL_END, &stop, |_, _| Ok(())).expect("no error")
+    });
+    let counters = summary.counters;
+    assert_eq!((counters.received, counters.integrated, counters.rejected_pose_covariance), (3, 2, 1));
 }
 
 /// Waits for what another thread is about to do.

@@ -30,6 +30,7 @@ mod domain;
 mod error;
 mod paced_source;
 mod posterior_message;
+mod posterior_rejected;
 mod posterior_sample;
 mod posterior_service;
 mod scan_message;
@@ -50,7 +51,8 @@ pub use any_posterior::{AnyPosterior, AnyPosteriorSubscriber, open_posterior_any
 pub use domain::{Domain, Participant};
 pub use error::{IpcError, Received};
 pub use paced_source::{PacedSource, Sent};
-pub use posterior_message::{PosteriorHeader, PosteriorRejected, PosteriorTile};
+pub use posterior_message::{PosteriorHeader, PosteriorTile};
+pub use posterior_rejected::PosteriorRejected;
 pub use posterior_sample::PosteriorSample;
 pub use posterior_service::{DEFAULT_CONSUMERS, PosteriorNews, PosteriorPublisher, PosteriorSubscriber};
 pub use scan_message::{NumberedScan, Place, ScanAddress, ScanMessage, ScanMessageRejected};

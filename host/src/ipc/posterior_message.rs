@@ -10,7 +10,7 @@ use bhm_core::{
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{
-    PosteriorNews, SupportsRejected,
+    PosteriorNews, PosteriorRejected, SupportsRejected,
     wire::{Name, PlainNumbers, name_of, text_of},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -115,74 +115,9 @@ pub struct PosteriorTile<const M: usize, const B: usize> {
 // SAFETY: integers, floating-point numbers, and arrays of them.
 unsafe impl<const M: usize, const B: usize> PlainNumbers for PosteriorTile<M, B> {}
 
-/// A posterior that cannot be used.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum PosteriorRejected {
-    /// It does not begin as a posterior does.
-    #[error("not a posterior: it begins with {found:#018x}")]
-    Magic {
-        /// What it begins with.
-        found: u64,
-    },
-    /// It has another layout.
-    #[error("posterior layout {found}, {} is understood", PosteriorHeader::VERSION)]
-    Version {
-        /// Its layout.
-        found: u32,
-    },
-    /// It has flags or reserved words that mean nothing.
-    #[error("unknown flags {found:#x}")]
-    Flags {
-        /// Its flags.
-        found: u32,
-    },
-    /// It comes from no mapper, or has no number.
-    #[error("a posterior without a mapper or a number")]
-    Unnumbered,
-    /// Its tiles have another shape than the reader's.
-    #[error("tiles of {supports} supports in a band of {band} are not this reader's")]
-    Shape {
-        /// `M`.
-        supports: u32,
-        /// `B`.
-        band: u32,
-    },
-    /// The number of tiles is not the one that arrived.
-    #[error("{claimed} tiles are announced, {arrived} arrived")]
-    Count {
-        /// What the header says.
-        claimed: u64,
-        /// What arrived.
-        arrived: usize,
-    },
-    /// Tiles are not in ascending order of index.
-    #[error("tile {at} is out of order")]
-    Order {
-        /// Position of the first that is not above the one before.
-        at: usize,
-    },
-    /// The kernel is not known here.
-    #[error("unknown kernel")]
-    Kernel,
-    /// The support is not known here.
-    #[error("unknown support")]
-    Support,
-    /// Its supports are not here (yet).
-    #[error("the posterior's supports ({digest:08x}) have not arrived")]
-    SupportsMissing {
-        /// Their digest.
-        digest: u32,
-    },
-    /// Its supports arrived and cannot be used.
-    #[error("the posterior's supports: {0}")]
-    Supports(#[from] SupportsRejected),
-    /// The sensor's pose is not finite.
-    #[error("the sensor's pose is not finite")]
-    Pose,
-    /// The geometry contradicts itself.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-}
+/// The model of the posterior before, and what it follows from: nearly always it is the next one's too, and to build one
+/// looks at every support.
+pub(super) type KnownModel = Option<(Settings, u32, Model<'static>)>;
 
 impl PosteriorHeader {
     /// What a posterior begins with.
@@ -265,6 +200,16 @@ impl PosteriorHeader {
         tiles: &[PosteriorTile<M, B>],
         supports: Option<&'static LearnedSupports>,
     ) -> Result<Model<'static>, PosteriorRejected> {
+        self.check_knowing(tiles, supports, &mut None)
+    }
+
+    /// As [`check`](Self::check), for a reader of one posterior after the other.
+    pub(super) fn check_knowing<const M: usize, const B: usize>(
+        &self,
+        tiles: &[PosteriorTile<M, B>],
+        supports: Option<&'static LearnedSupports>,
+        known: &mut KnownModel,
+    ) -> Result<Model<'static>, PosteriorRejected> {
         if self.magic != Self::MAGIC {
             return Err(PosteriorRejected::Magic { found: self.magic });
         }
@@ -295,6 +240,9 @@ impl PosteriorHeader {
             return Err(PosteriorRejected::Pose);
         }
         let settings = self.settings()?;
+        if let Some((_, _, model)) = known.filter(|known| (known.0, known.1) == (settings, self.supports_digest)) {
+            return Ok(model);
+        }
         let supports = match (self.supports_digest, supports) {
             (0, _) => None,
             (digest, Some(supports)) if supports.digest() == digest => Some(supports),
@@ -303,6 +251,7 @@ impl PosteriorHeader {
         supports.map_or(Ok(()), |supports| supports.matches(&settings)).map_err(SupportsRejected::from)?;
         let model = settings.model_with(table_of(supports))?;
         model.tiling.check(M, B).map_err(SettingsError::from)?;
+        *known = Some((settings, self.supports_digest, model));
         Ok(model)
     }
 

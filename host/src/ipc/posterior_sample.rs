@@ -5,7 +5,7 @@ use bhm_core::{
 };
 use iceoryx2::sample::Sample;
 
-use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, service::Ipc};
+use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, service::Ipc};
 use crate::supports::LearnedSupports;
 
 /// A posterior that cannot be used, perhaps only not yet.
@@ -28,8 +28,9 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
     pub(super) fn check(
         sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
         supports: Option<&'static LearnedSupports>,
+        known: &mut KnownModel,
     ) -> Result<Self, Refused<M, B>> {
-        match sample.user_header().check(sample.payload(), supports) {
+        match sample.user_header().check_knowing(sample.payload(), supports, known) {
             Ok(model) => Ok(Self { sample, model }),
             Err(why) => Err(Refused { sample, why }),
         }

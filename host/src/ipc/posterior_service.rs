@@ -12,8 +12,8 @@ use super::service::{
 };
 use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile, Received};
 use super::{
-    posterior_sample::Refused, shared_memory, supports_reader::SupportsReader, supports_service::SupportsPublisher,
-    wire,
+    posterior_message::KnownModel, posterior_sample::Refused, shared_memory, supports_reader::SupportsReader,
+    supports_service::SupportsPublisher, wire,
 };
 use crate::supports::LearnedSupports;
 
@@ -170,6 +170,7 @@ pub struct PosteriorSubscriber<const M: usize, const B: usize> {
     waiting: Option<Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>>,
     subscriber: Subscriber<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
     supports: SupportsReader,
+    known_model: KnownModel,
     sleeper: Sleeper,
 }
 
@@ -193,7 +194,8 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
         let create = || service.subscriber_builder().create().map_err(|cause| subscriber_error(SERVICE, cause));
         // First, so that a mapper which reaches this reader with a posterior reaches it with the supports as well.
         let supports = SupportsReader::open(participant)?;
-        Ok(Self { waiting: None, subscriber: create()?, supports, sleeper: Sleeper::new(participant, SERVICE)? })
+        let (subscriber, sleeper) = (create()?, Sleeper::new(participant, SERVICE)?);
+        Ok(Self { waiting: None, subscriber, supports, known_model: None, sleeper })
     }
 
     /// The newest posterior since the last call, waiting for it at most as long as said (and never longer than 50 ms).
@@ -204,17 +206,17 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
     /// # Errors
     /// If iceoryx2 failed.
     pub fn receive(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
-        if let Some(usable) = self.take()? {
-            return Ok(Some(usable));
+        if let Some(received) = self.take(patience)? {
+            return Ok(Some(received));
         }
-        if !patience.is_zero() && self.waiting.is_none() {
-            self.sleeper.sleep(patience)?;
-            return self.take();
+        if patience.is_zero() {
+            return Ok(None);
         }
-        Ok(None)
+        self.sleeper.sleep(patience)?;
+        self.take(patience)
     }
 
-    fn take(&mut self) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
+    fn take(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
         let failed = |cause| IpcError::failed(SERVICE, "a posterior was not received", cause);
         let kept = match self.waiting.take() {
             // Given back before a newer one is taken, so that a reader can hold as many as it was promised.
@@ -230,12 +232,12 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
             None => self.subscriber.receive().map_err(failed)?,
         };
         let Some(sample) = sample else { return Ok(None) };
-        let supports = self.supports.named(sample.user_header().supports_digest)?;
+        let supports = self.supports.named(sample.user_header().supports_digest, patience)?;
         let supports = match supports {
             Ok(supports) => supports,
             Err(rejected) => return Ok(Some(Err(rejected.into()))),
         };
-        match PosteriorSample::check(sample, supports) {
+        match PosteriorSample::check(sample, supports, &mut self.known_model) {
             Ok(posterior) => Ok(Some(Ok(posterior))),
             Err(Refused { sample, why: why @ PosteriorRejected::SupportsMissing { .. } }) => {
                 self.waiting = Some(sample);

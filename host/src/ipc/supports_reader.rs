@@ -4,11 +4,8 @@ use std::time::{Duration, Instant};
 use super::{IpcError, Participant, SupportsRejected, service::LONGEST_SLEEP, supports_service::SupportsSubscriber};
 use crate::supports::LearnedSupports;
 
-/// A mapper hands supports out a moment after the posterior; how often that is looked for …
+/// A mapper hands supports out a moment after the posterior; how often that is looked for.
 const NAP: Duration = Duration::from_millis(1);
-
-/// … and for how long.
-const PATIENCE: Duration = LONGEST_SLEEP;
 
 /// Has the supports that posteriors name.
 #[derive(Debug)]
@@ -27,13 +24,15 @@ impl SupportsReader {
         Ok(Self { known: None, missed: 0, subscriber, participant: participant.clone() })
     }
 
-    /// The supports of that digest; `None` if there are to be none, or they have not arrived.
+    /// The supports of that digest; `None` if there are to be none, or they have not arrived, waiting for them at most as
+    /// long as said (and never longer than 50 ms).
     ///
     /// What arrives is kept, and so leaked (see [`LearnedSupports::interned`]), only if it is what is asked for: a mapper
     /// costs a reader one table.
     pub(super) fn named(
         &mut self,
         digest: u32,
+        patience: Duration,
     ) -> Result<Result<Option<&'static LearnedSupports>, SupportsRejected>, IpcError> {
         if digest == 0 {
             return Ok(Ok(None));
@@ -48,7 +47,7 @@ impl SupportsReader {
                 // An earlier mapper's.
                 Some(Ok(_)) => {}
                 Some(Err(rejected)) => return Ok(Err(rejected)),
-                None if self.missed == digest || begun.elapsed() >= PATIENCE => {
+                None if self.missed == digest || begun.elapsed() >= patience.min(LONGEST_SLEEP) => {
                     self.missed = digest;
                     return Ok(Ok(None));
                 }

@@ -25,7 +25,7 @@ fn small(points: usize) -> (Box<dyn AnyMap>, Vec<u8>) {
 }
 
 fn small_with(points: usize, supports: Option<&'static LearnedSupports>) -> (Box<dyn AnyMap>, Vec<u8>) {
-    let mut map = map::open_with(&fitted(&profile::COMPACT, supports), supports).unwrap();
+    let mut map = map::open_with(&profile::COMPACT, supports).unwrap();
     let points_m: Vec<Point<2>> = (0..points).map(|i| Point::<2>::new(2.0 + 0.01 * i as f32, 2.0)).collect();
     let occupied: Vec<bool> = (0..points).map(|i| i % 3 == 0).collect();
     map.integrate_points(&points_m, &occupied).unwrap();

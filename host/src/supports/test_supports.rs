@@ -23,7 +23,8 @@ fn over(spacing_m: f32, window: Window<2>) -> &'static LearnedSupports {
     let kinds = SupportChoice::ALL;
     let supports = (0..window.supports()).map(|number| {
         let averaging = if number % 2 == 0 { Averaging::Exact } else { Averaging::Samples(3) };
-        let size = 0.2 + 0.01 * (number % 12) as f32;
+        // So small that the spline's own stencil holds them.
+        let size = 0.1 + 0.005 * (number % 12) as f32;
         kinds[number % kinds.len()].build(&SupportParameters { spacing_m, size, averaging })
     });
     let learned_with =

@@ -45,8 +45,9 @@ impl Build {
             return Err(Usage("a log and a map file are needed".to_owned()).into());
         };
         let mut map = options.open()?;
-        let log = dataset::read_log(log_path, &ReadOptions { max_range_m: options.max_range_m })?;
+        let mut log = dataset::read_log(log_path, &ReadOptions { max_range_m: options.max_range_m })?;
         reports::scan_log(log_path, &log.report);
+        options.prepare(&mut log.scans);
 
         let mut learned = Learned::default();
         let mut extras = Extras { profile: options.profile.name.to_owned(), path_m: Vec::new() };

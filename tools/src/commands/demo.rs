@@ -34,6 +34,7 @@ impl Demo {
         let Some(options) = self.exhibits.effective()? else { return Ok(()) };
         let scene = self.simulated.scene()?;
         let mut arguments = self.part.arguments();
+        arguments.extend(options.poses.arguments());
         arguments.extend(self.simulated.arguments());
         let mut title = format!("bhm demo: simulated {}, seed {}", scene.name, self.simulated.seed());
         let PoseNoise { position_m, heading_rad } = self.simulated.pose_noise();
@@ -47,7 +48,7 @@ impl Demo {
 
 /// Scores the map against what really stands there (what moves is not part of it) at points that it knows; `None` if it knows none.
 fn score(map: &dyn AnyMap, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
-    let model = map.settings().model()?;
+    let model = map.model();
     let knowledge = Knowledge::of(&model);
     let bounds = world.bounds();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

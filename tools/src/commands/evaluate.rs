@@ -122,8 +122,9 @@ impl Evaluate {
 
     /// Holds a part of a log out.
     fn divide(&self, path: &Path, options: &Effective) -> anyhow::Result<Task> {
-        let ScanLog { scans, report } = dataset::read_log(path, &ReadOptions { max_range_m: options.max_range_m })?;
+        let ScanLog { mut scans, report } = dataset::read_log(path, &ReadOptions { max_range_m: options.max_range_m })?;
         reports::scan_log(path, &report);
+        options.prepare(&mut scans);
         let split = hold_out(&scans, self.holdout, self.fraction, self.seed);
         let unit = match self.holdout {
             Held::Beams => "beams with a return",

@@ -1,14 +1,17 @@
-use std::{fs, path::PathBuf};
+use std::{collections::BTreeMap, fs, path::PathBuf};
 
 use bhm_core::profile::{self, Profile};
-use bhm_host::snapshot::{self, Extras, Snapshot};
+use bhm_host::{
+    snapshot::{self, Extras, Snapshot},
+    supports::LearnedSupports,
+};
 use bhm_tools::picture::Bounds;
 use clap::Args;
 use serde::Serialize;
 
 use crate::{
     known::Knowledge,
-    options::{Effective, MapValues},
+    options::{Effective, MapValues, PoseDeviations},
     output::{Output, bytes, table},
 };
 
@@ -34,7 +37,21 @@ struct Facts {
     path_points: usize,
     path_length_m: f32,
     profile: String,
+    /// Supports of their own that nodes have; null if there are none.
+    supports: Option<Learned>,
     settings: MapValues,
+}
+
+/// What a map's learned supports are.
+#[derive(Serialize)]
+struct Learned {
+    count: usize,
+    /// How many of each kind.
+    kinds: BTreeMap<&'static str, usize>,
+    /// Equal for supports that are equal bit for bit.
+    digest: String,
+    kernel: &'static str,
+    source: String,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -46,7 +63,7 @@ struct Observed {
 impl Info {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
-        let model = map.settings().model()?;
+        let model = map.model();
         let (scans, newest_stamp_ns) = map.progress();
         let observed = Knowledge::of(&model)
             .observed(&map.tile_indices(), |point_m| map.occupancy(point_m))
@@ -65,22 +82,48 @@ impl Info {
             path_points: path_m.len(),
             path_length_m: path_m.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum(),
             profile,
-            settings: MapValues::of(&Effective { profile: made_with, max_range_m: None }),
+            supports: map.supports().map(Learned::of),
+            settings: MapValues::of(&Effective {
+                profile: made_with,
+                max_range_m: None,
+                poses: PoseDeviations::default(),
+                supports: None,
+            }),
         };
         let settings = toml::to_string(&facts.settings)?;
         output.result(&facts, || {
             let area = |Observed { min, max }| {
                 format!("x {:.1} to {:.1} m, y {:.1} to {:.1} m", min[0], max[0], min[1], max[1])
             };
-            let rows = table(&[
+            let mut rows = vec![
                 ("file", format!("format version {}, {}", facts.format_version, bytes(facts.bytes as usize))),
                 ("posterior", facts.posterior.clone()),
                 ("scans", format!("{scans}, the newest at {newest_stamp_ns} ns")),
                 ("tiles", format!("{} of {}", facts.tiles, bytes(facts.tile_bytes))),
                 ("observed", facts.observed_m.map_or("nothing".to_owned(), area)),
                 ("path", format!("{} points, {:.1} m", facts.path_points, facts.path_length_m)),
-            ]);
-            format!("{rows}\n# made with\n{settings}")
+            ];
+            rows.extend(facts.supports.as_ref().map(|supports| ("supports", supports.text())));
+            format!("{}\n# made with\n{settings}", table(&rows))
         })
+    }
+}
+
+impl Learned {
+    fn of(supports: &LearnedSupports) -> Self {
+        Self {
+            count: supports.supports().len(),
+            kinds: supports.kinds().map(|(kind, count)| (kind.name(), count)).collect(),
+            digest: format!("{:08x}", supports.digest()),
+            kernel: supports.learned_with().kernel.name(),
+            source: supports.learned_with().source.clone(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let kinds: Vec<_> = self.kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        let Self { count, digest, kernel, source, .. } = self;
+        let source = if source.is_empty() { String::new() } else { format!(", {source}") };
+        format!("{count} learned ({}), {digest}; with the kernel {kernel}{source}", kinds.join(", "))
     }
 }

@@ -41,11 +41,17 @@ impl Onboard {
         if options.max_range_m.is_some() {
             info!("the maximum range is the source's to say; --max-range has no effect here");
         }
+        if !options.poses.are_zero() {
+            info!(
+                "how far off poses are is the source's to say; --pose-deviation and --heading-deviation have no effect here"
+            );
+        }
         let (domain, stop) = self.meeting.enter()?;
         let until = if self.until_end { Until::SourceEnds } else { Until::Stopped };
         let onboard = OnboardOptions {
             run: Options { publish_every: self.publish_every, until },
             consumers: self.consumers as usize,
+            supports: options.table(),
             ..OnboardOptions::default()
         };
         let mut result = None;

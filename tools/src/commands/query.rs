@@ -43,7 +43,7 @@ impl Query {
             return Err(Usage(format!("the point ({x}, {y}) is not finite, expected two numbers of metres")).into());
         }
         let map = snapshot::load(path)?.map;
-        let model = map.settings().model()?;
+        let model = map.model();
         let point_m = Point::<2>::new(*x, *y);
         let gradient = map.gradient(&point_m);
         let occupancy = gradient.occupancy;

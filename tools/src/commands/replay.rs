@@ -26,6 +26,7 @@ impl Replay {
         let path = log.to_str().with_context(|| format!("{} is not Unicode", log.display()))?;
         let mut arguments = self.part.arguments();
         arguments.extend(options.max_range_m.map(|max_range_m| format!("--max-range={max_range_m}")));
+        arguments.extend(options.poses.arguments());
         arguments.extend(["--".to_owned(), path.to_owned()]);
         let title = format!("bhm replay: {}", log.file_name().unwrap_or_default().to_string_lossy());
         let exhibition = Exhibition { title: &title, source: "play", arguments, options };

@@ -83,7 +83,7 @@ impl Exhibition<'_> {
 
     fn draw(&self, map: &dyn AnyMap, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
         let ask = |point_m: &_| map.occupancy(point_m);
-        let worth = drawing::worth_drawing(&map.settings().model()?, &map.tile_indices(), ask);
+        let worth = drawing::worth_drawing(&map.model(), &map.tile_indices(), ask);
         let bounds_m = worth.context("not one scan could be learned from; there is nothing to draw")?;
         for (file, what) in [("probability.png", What::Probability), ("deviation.png", What::Deviation)] {
             let drawing = Drawing { what, bounds_m, pixels_per_metre: None, title: self.title, path_m, occupancy: ask };

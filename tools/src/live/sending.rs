@@ -12,7 +12,10 @@ use bhm_host::{
 use clap::Args;
 
 use super::said::{Beginning, Sent, SourceSays};
-use crate::output::Output;
+use crate::{
+    options::PoseDeviations,
+    output::{Output, Usage},
+};
 
 /// How long a source sleeps before it looks whether it is to end.
 const NAP: Duration = Duration::from_millis(50);
@@ -47,6 +50,8 @@ impl Part {
 pub(crate) struct Sending {
     #[command(flatten)]
     pub(crate) part: Part,
+    #[command(flatten)]
+    poses: PoseDeviations,
     /// Send like a sensor: at the rate of the stamps, whether or not anybody keeps up. Otherwise the source waits for the
     /// mapper, and no scan is lost
     #[arg(long)]
@@ -69,9 +74,15 @@ impl Sending {
         stop: &AtomicBool,
         output: &Output,
     ) -> anyhow::Result<()> {
+        self.poses.check().map_err(Usage)?;
         let participant = domain.join("bhm-source")?;
         let beginning = Beginning { scans: scans.len() as u64, recorded_s };
         output.result(&SourceSays::Begins(beginning.clone()), || format!("sending {} scans\n", beginning.scans))?;
+        let poses = self.poses;
+        let scans = scans.map(move |mut scan| {
+            poses.apply(&mut scan);
+            scan
+        });
         let scans = scans.peekable();
         let sent = if self.live {
             self.send_live(scans, &mut ScanSource::open(&participant)?, stop)?

@@ -2,6 +2,7 @@
 
 mod choice;
 mod number;
+mod poses;
 mod values;
 
 use std::{
@@ -11,10 +12,15 @@ use std::{
 
 use anyhow::Context;
 use bhm_core::profile::Profile;
-use bhm_host::map::{self, AnyMap};
+use bhm_host::{
+    ScanRecord,
+    map::{self, AnyMap},
+    supports::{self, LearnedSupports},
+};
 use clap::Args;
+use tracing::warn;
 
-pub(crate) use self::{number::Number, values::MapValues};
+pub(crate) use self::{number::Number, poses::PoseDeviations, values::MapValues};
 use crate::output::{self, Usage};
 
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
@@ -33,12 +39,23 @@ pub(crate) struct MapOptions {
 }
 
 /// What the options come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Effective {
     /// What the map learns, and how much memory it may use.
     pub(crate) profile: Profile,
     /// The sensor's maximum range, metres, where the data are not to be believed or asked.
     pub(crate) max_range_m: Option<f32>,
+    /// How far off the scans' poses are, where they do not say.
+    pub(crate) poses: PoseDeviations,
+    /// Supports of their own that nodes of the map have.
+    pub(crate) supports: Option<SupportsFile>,
+}
+
+/// Learned supports, and the file that they were read from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SupportsFile {
+    pub(crate) path: PathBuf,
+    pub(crate) supports: &'static LearnedSupports,
 }
 
 impl MapOptions {
@@ -49,13 +66,20 @@ impl MapOptions {
     pub(crate) fn effective(&self) -> anyhow::Result<Option<Effective>> {
         let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
         let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
-        let effective = merged.effective().map_err(|problem| match &file {
+        let supports = merged.supports().map(load).transpose()?;
+        let effective = merged.effective(supports.as_ref()).map_err(|problem| match &file {
             // The file's fault if it says so on its own.
-            Some((path, values)) if values.effective().as_ref() == Err(&problem) => {
+            Some((path, values)) if values.effective(supports.as_ref()).as_ref() == Err(&problem) => {
                 Usage(format!("{}: {problem}", path.display()))
             }
             _ => Usage(problem),
         })?;
+        if let Some(SupportsFile { path, supports }) = &effective.supports {
+            let (learned, used) = (supports.learned_with().kernel.name(), effective.profile.settings.kernel.name());
+            if learned != used {
+                warn!("{}: learned with the kernel {learned}, used with {used}", path.display());
+            }
+        }
         if self.print_config {
             output::print(&effective.configuration()?)?;
             return Ok(None);
@@ -65,18 +89,39 @@ impl MapOptions {
 }
 
 impl Effective {
+    /// A profile as it is.
+    #[cfg(test)]
+    pub(crate) fn of(profile: Profile) -> Self {
+        Self { profile, max_range_m: None, poses: PoseDeviations::default(), supports: None }
+    }
+
     /// An empty map.
     ///
     /// # Errors
     /// [`Usage`] if no map can be made like this.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn AnyMap>> {
-        map::open(&self.profile).map_err(|error| Usage(error.to_string()).into())
+        map::open_with(&self.profile, self.table()).map_err(|error| Usage(error.to_string()).into())
     }
 
     /// A configuration file that means the same.
     pub(crate) fn configuration(&self) -> anyhow::Result<String> {
         Ok(toml::to_string(&MapValues::of(self))?)
     }
+
+    /// Supports of their own that nodes of the map have.
+    pub(crate) fn table(&self) -> Option<&'static LearnedSupports> {
+        self.supports.as_ref().map(|file| file.supports)
+    }
+
+    /// Scans as they are to be learned: with what is known about their poses, where they do not say.
+    pub(crate) fn prepare(&self, scans: &mut [ScanRecord]) {
+        scans.iter_mut().for_each(|scan| self.poses.apply(scan));
+    }
+}
+
+/// Reads learned supports.
+fn load(path: &Path) -> anyhow::Result<SupportsFile> {
+    Ok(SupportsFile { path: path.to_owned(), supports: supports::load(path)?.interned() })
 }
 
 /// Reads a configuration file.
@@ -107,7 +152,10 @@ mod tests {
 
     #[test]
     fn without_options_a_profile_is_itself() {
-        assert_eq!(effective(&[]).unwrap(), Effective { profile: profile::INDOOR, max_range_m: None });
+        assert_eq!(
+            effective(&[]).unwrap(),
+            Effective { profile: profile::INDOOR, max_range_m: None, poses: Default::default(), supports: None }
+        );
         for profile in profile::ALL {
             assert_eq!(effective(&["--profile", profile.name]).unwrap().profile, *profile);
         }
@@ -120,6 +168,7 @@ mod tests {
         for arguments in [
             &["--profile=paper"][..],
             &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
+            &["--pose-deviation=0.05", "--heading-deviation=0.01"],
             &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
             &["--slots=3", "--kernel-shape=1.2", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3"],
         ] {

@@ -43,7 +43,7 @@ impl Effective {
         for (number, value) in numbers {
             *values.number_mut(*number) = Some(*value);
         }
-        values.effective()
+        values.effective(self.supports.as_ref())
     }
 
     /// Whether the kernel has a width of its own to be chosen: whether another shape makes another model.
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn numbers_are_set_by_name_and_nothing_else_changes() {
-        let start = Effective { profile: profile::INDOOR, max_range_m: Some(30.0) };
+        let start = Effective { max_range_m: Some(30.0), ..Effective::of(profile::INDOOR) };
         let numbers = [
             (Number::Spacing, 0.3),
             (Number::KernelShape, 0.7),
@@ -78,7 +78,7 @@ mod tests {
             assert!(
                 changed.configuration().unwrap().lines().any(|line| line == format!("{} = {value:?}", number.name()))
             );
-            assert_eq!(changed.with(&[(number, start.number(number))]), Ok(start));
+            assert_eq!(changed.with(&[(number, start.number(number))]), Ok(start.clone()));
         }
         assert_eq!(start.with(&numbers).unwrap().profile.settings.spacing_m, 0.3);
         assert_eq!(start.with(&[(Number::Gap, -1.0)]).unwrap_err().split(" is ").next(), Some("gap before a hit"));
@@ -89,7 +89,7 @@ mod tests {
         for (kernel, has) in [(KernelChoice::CubicBSpline, false), (KernelChoice::SquaredExponential, true)] {
             let mut profile = profile::COMPACT;
             profile.settings = profile.settings.with_kernel(kernel);
-            assert_eq!(Effective { profile, max_range_m: None }.has_kernel_shape(), has);
+            assert_eq!(Effective::of(profile).has_kernel_shape(), has);
         }
     }
 }

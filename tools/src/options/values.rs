@@ -1,3 +1,5 @@
+use std::path::{Path, PathBuf};
+
 use bhm_core::{
     beam::BeamChoice,
     kernel::{Averaging, KernelChoice},
@@ -6,11 +8,12 @@ use bhm_core::{
     settings::Settings,
     support::{SupportChoice, SupportTable},
 };
+use bhm_host::supports::{LearnedSupports, SupportsError};
 use clap::{Args, builder::BoolishValueParser};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Effective, Number,
+    Effective, Number, PoseDeviations, SupportsFile,
     choice::{Choice, parser},
 };
 
@@ -44,6 +47,9 @@ pub(crate) struct MapValues {
     /// Samples a side by which a rectangle averages the kernel; 0 for the closed form
     #[arg(long, env = "BHM_SUPPORT_SAMPLES", value_name = "N")]
     support_samples: Option<u32>,
+    /// File of learned supports: nodes in it have a support of their own, of whatever shape the file says
+    #[arg(long, env = "BHM_SUPPORTS", value_name = "FILE")]
+    supports: Option<PathBuf>,
     /// What a beam says: free points and the hit, or a chain of line segments and the hit
     #[arg(long, env = "BHM_BEAM_RULE", value_parser = parser::<BeamChoice>(), value_name = "NAME")]
     beam_rule: Option<Choice<BeamChoice>>,
@@ -84,6 +90,13 @@ pub(crate) struct MapValues {
     /// Length before a hit that is left unlabelled, metres: two or three standard deviations of the range noise
     #[arg(long, env = "BHM_GAP", value_name = "M")]
     gap: Option<f32>,
+    /// Standard deviation of the position in the scans' poses along each axis, metres, where the scans do not say; 0 if they
+    /// are exact
+    #[arg(long, env = "BHM_POSE_DEVIATION", value_name = "M")]
+    pose_deviation: Option<f32>,
+    /// Standard deviation of the heading in the scans' poses, radians, where the scans do not say; 0 if it is exact
+    #[arg(long, env = "BHM_HEADING_DEVIATION", value_name = "RAD")]
+    heading_deviation: Option<f32>,
     /// Tiles in the store; others wait in an archive and come back as they were, so that the map does not depend on it
     #[arg(long, env = "BHM_SLOTS", value_name = "N")]
     slots: Option<usize>,
@@ -100,6 +113,7 @@ impl MapValues {
             support: self.support.or(other.support),
             support_size: self.support_size.or(other.support_size),
             support_samples: self.support_samples.or(other.support_samples),
+            supports: self.supports.clone().or_else(|| other.supports.clone()),
             beam_rule: self.beam_rule.or(other.beam_rule),
             segment_length: self.segment_length.or(other.segment_length),
             segment_samples: self.segment_samples.or(other.segment_samples),
@@ -113,6 +127,8 @@ impl MapValues {
             no_return_free: self.no_return_free.or(other.no_return_free),
             free_spacing: self.free_spacing.or(other.free_spacing),
             gap: self.gap.or(other.gap),
+            pose_deviation: self.pose_deviation.or(other.pose_deviation),
+            heading_deviation: self.heading_deviation.or(other.heading_deviation),
             slots: self.slots.or(other.slots),
         }
     }
@@ -128,8 +144,13 @@ impl MapValues {
         }
     }
 
-    /// What they come to, or what is wrong with them.
-    pub(super) fn effective(&self) -> Result<Effective, String> {
+    /// The file of learned supports.
+    pub(super) fn supports(&self) -> Option<&Path> {
+        self.supports.as_deref()
+    }
+
+    /// What they come to with these learned supports, or what is wrong with them.
+    pub(super) fn effective(&self, supports: Option<&SupportsFile>) -> Result<Effective, String> {
         let mut profile = *self.profile.map_or(&profile::INDOOR, |choice| choice.0);
         let named = profile;
         let settings = &mut profile.settings;
@@ -154,19 +175,30 @@ impl MapValues {
         set(&mut settings.prior_precision, self.prior_precision);
         set(&mut settings.bias, self.bias);
         set(&mut settings.forgetting, self.forgetting);
-        *settings = settings.fitted(SupportTable::EMPTY);
+        let table = supports.map_or(SupportTable::EMPTY, |file| file.supports.table());
+        *settings = settings.fitted(table);
         settings.model().map_err(|error| error.to_string())?;
+        if let Some(SupportsFile { path, supports }) = supports {
+            let file = path.display();
+            supports.matches(settings).map_err(|error| format!("{file}: {error}; {}", remedy(supports, &error)))?;
+            settings.model_with(table).map_err(|error| format!("{file}: {error}"))?;
+        }
+        let poses = PoseDeviations {
+            pose_deviation: self.pose_deviation.unwrap_or_default(),
+            heading_deviation: self.heading_deviation.unwrap_or_default(),
+        };
+        poses.check()?;
         if let Some(max_range) = self.max_range.filter(|range| !(range.is_finite() && *range > 0.0)) {
             return Err(format!("maximum range is {max_range}, expected a positive number"));
         }
         make_room(&mut profile, &named.settings);
         set(&mut profile.capacities.tiles, self.slots);
-        Ok(Effective { profile, max_range_m: self.max_range })
+        Ok(Effective { profile, max_range_m: self.max_range, poses, supports: supports.cloned() })
     }
 
-    /// Every value, such that [`effective`](Self::effective) gives this back.
+    /// Every value, such that [`effective`](Self::effective) gives this back with the same supports.
     pub(crate) fn of(effective: &Effective) -> Self {
-        let Effective { profile, max_range_m } = effective;
+        let Effective { profile, max_range_m, poses, supports } = effective;
         let settings = &profile.settings;
         Self {
             profile: profile::named(profile.name).map(Choice),
@@ -176,6 +208,7 @@ impl MapValues {
             support: Some(Choice(settings.support)),
             support_size: Some(settings.support_size),
             support_samples: Some(samples(settings.support_averaging)),
+            supports: supports.as_ref().map(|file| file.path.clone()),
             beam_rule: Some(Choice(settings.beam)),
             segment_length: Some(settings.segment_length),
             segment_samples: Some(samples(settings.segment_averaging)),
@@ -189,8 +222,24 @@ impl MapValues {
             no_return_free: Some(settings.limits.no_return_free_m),
             free_spacing: Some(settings.free_spacing_m),
             gap: Some(settings.gap_m),
+            pose_deviation: Some(poses.pose_deviation),
+            heading_deviation: Some(poses.heading_deviation),
             slots: Some(profile.capacities.tiles),
         }
+    }
+}
+
+/// Which options make a map that these supports fit.
+fn remedy(supports: &LearnedSupports, error: &SupportsError) -> String {
+    let alike = profile::ALL.into_iter().filter(|profile| supports.matches(&profile.settings).is_ok());
+    let names: Vec<_> = alike.map(|profile| format!("--profile {}", profile.name)).collect();
+    match error {
+        SupportsError::Spacing { learned_m, .. } => {
+            let spacing = format!("--spacing {learned_m}");
+            format!("give {}", [vec![spacing], names].concat().join(" or "))
+        }
+        _ if names.is_empty() => "no profile's lattice begins there".to_owned(),
+        _ => format!("give {}", names.join(" or ")),
     }
 }
 

@@ -104,7 +104,7 @@ fn damaged_map_files_are_refused_by_every_command() {
     for (file, says) in [
         ("cut.bhm", format!("cut.bhm: cut short at byte {} of {}", whole.len() / 2, whole.len())),
         ("flipped.bhm", "flipped.bhm: damaged: checksum".to_owned()),
-        ("newer.bhm", "newer.bhm: format version 9, only 1 is understood".to_owned()),
+        ("newer.bhm", "newer.bhm: format version 9, only 2 is understood".to_owned()),
         ("empty.bhm", "empty.bhm: expected a map file, found an empty file".to_owned()),
         ("room.log", "room.log: expected a map file, found text beginning with `FLASER 180".to_owned()),
         ("absent.bhm", "cannot read absent.bhm: No such file".to_owned()),

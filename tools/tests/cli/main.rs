@@ -6,5 +6,6 @@ mod bad_input;
 mod live;
 mod maps;
 mod support;
+mod supports;
 mod tune;
 mod usage;

@@ -36,7 +36,7 @@ impl Relevance {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
         let Some(log) = &self.log else { return Ok(()) };
-        let exam = Exam::of_log(log, self.every as usize, 0.1, self.seed)?;
+        let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..options.profile.settings };
         let mut marks: Vec<Marks> = Vec::new();
         for shape in &self.shapes {

@@ -19,7 +19,7 @@ use bhm_tools::{
 };
 use serde::Serialize;
 
-use crate::{progress, reports};
+use crate::{options::Effective, progress, reports};
 
 /// What every contestant learns and is asked.
 pub(super) struct Exam {
@@ -29,9 +29,16 @@ pub(super) struct Exam {
 
 impl Exam {
     /// Every `every`-th scan of a log, a fraction of the beams held out.
-    pub(super) fn of_log(log: &Path, every: usize, fraction: f64, seed: u64) -> anyhow::Result<Self> {
-        let ScanLog { scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: None })?;
+    pub(super) fn of_log(
+        log: &Path,
+        options: &Effective,
+        every: usize,
+        fraction: f64,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
         reports::scan_log(log, &report);
+        options.prepare(&mut scans);
         Self::of(scans.into_iter().step_by(every.max(1)).collect(), fraction, seed)
     }
 

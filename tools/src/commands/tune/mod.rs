@@ -106,7 +106,8 @@ impl Tune {
 
         let log = dataset::read_log(log_path, &ReadOptions { max_range_m: start.max_range_m })?;
         reports::scan_log(log_path, &log.report);
-        let scans: Vec<_> = log.scans.into_iter().step_by(self.every.get()).collect();
+        let mut scans: Vec<_> = log.scans.into_iter().step_by(self.every.get()).collect();
+        start.prepare(&mut scans);
         let parts = three_parts(&scans, self.fraction, self.seed);
         let [validation, test, of] = parts.beams;
         info!("{} scans; of {of} beams with a return, {validation} to choose by and {test} to test with", scans.len());
@@ -156,7 +157,7 @@ fn test_part(options: &Effective, parts: &Parts, name: &str) -> anyhow::Result<T
     let said = format!("testing the {name}");
     info!("{said}");
     let exam = Exam { scans: &parts.training_and_validation, beams_removed: parts.beams[1], points: &parts.test };
-    let trial = Trial::run(Ok(*options), By::Nll, exam, said);
+    let trial = Trial::run(Ok(options.clone()), By::Nll, exam, said);
     match trial.scored() {
         Some(scored) => scored.learned.warn(&options.profile),
         None => anyhow::ensure!(name == "start", "the {name} cannot be tested: {}", tuned::remark(&trial)),

@@ -119,7 +119,7 @@ mod tests {
     fn start(kernel: KernelChoice) -> Effective {
         let mut profile = profile::COMPACT;
         profile.settings = profile.settings.with_kernel(kernel);
-        Effective { profile, max_range_m: None }
+        Effective::of(profile)
     }
 
     #[test]

@@ -3,4 +3,4 @@
 mod crew;
 mod deaths;
 mod end_to_end;
-mod process;
+pub(crate) mod process;

@@ -17,23 +17,23 @@ use crate::support::Bench;
 const LONG: Duration = Duration::from_secs(240);
 
 /// A process of the binary; killed by its id if a test leaves it behind.
-pub(super) struct Process {
+pub(crate) struct Process {
     child: Child,
     said: Receiver<Value>,
     log: Option<JoinHandle<String>>,
 }
 
 /// How a process ended.
-pub(super) struct Ended {
-    pub(super) code: Option<i32>,
+pub(crate) struct Ended {
+    pub(crate) code: Option<i32>,
     /// What it said last.
-    pub(super) last: Value,
-    pub(super) stderr: String,
+    pub(crate) last: Value,
+    pub(crate) stderr: String,
 }
 
 impl Process {
     /// Starts `bhm ARGUMENTS --json`, the arguments separated by blanks, in a bench's folder.
-    pub(super) fn start(bench: &Bench, arguments: &str) -> Self {
+    pub(crate) fn start(bench: &Bench, arguments: &str) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bhm"));
         for (name, _) in std::env::vars().filter(|(name, _)| name.starts_with("BHM_") || name == "RUST_LOG") {
             command.env_remove(name);
@@ -60,27 +60,27 @@ impl Process {
     }
 
     /// Starts it in a domain.
-    pub(super) fn join(bench: &Bench, domain: &TemporaryDomain, arguments: &str) -> Self {
+    pub(crate) fn join(bench: &Bench, domain: &TemporaryDomain, arguments: &str) -> Self {
         Self::start(bench, &format!("{arguments} --domain {}", domain.name()))
     }
 
-    pub(super) fn id(&self) -> u32 {
+    pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
 
-    pub(super) fn signal(&self, signal: Signal) {
+    pub(crate) fn signal(&self, signal: Signal) {
         kill_process(Pid::from_raw(self.id() as i32).unwrap(), signal).unwrap();
     }
 
     /// `kill -9`.
-    pub(super) fn kill(mut self) {
+    pub(crate) fn kill(mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
     /// The next line of which `pick` makes something.
     #[track_caller]
-    pub(super) fn says<T>(&self, mut pick: impl FnMut(&Value) -> Option<T>) -> T {
+    pub(crate) fn says<T>(&self, mut pick: impl FnMut(&Value) -> Option<T>) -> T {
         let deadline = Instant::now() + LONG;
         loop {
             match self.said.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
@@ -95,19 +95,19 @@ impl Process {
     }
 
     /// The next line, if it comes within so long.
-    pub(super) fn says_within(&self, patience: Duration) -> Option<Value> {
+    pub(crate) fn says_within(&self, patience: Duration) -> Option<Value> {
         self.said.recv_timeout(patience).ok()
     }
 
     /// Waits for a consumer to read a posterior of so many scans or more.
     #[track_caller]
-    pub(super) fn reads(&self, scans: u64) {
+    pub(crate) fn reads(&self, scans: u64) {
         self.says(|line| (line["posterior"]["scans"].as_u64()? >= scans).then_some(()));
     }
 
     /// Waits for its end.
     #[track_caller]
-    pub(super) fn ends(mut self) -> Ended {
+    pub(crate) fn ends(mut self) -> Ended {
         let status = eventually("its end", || self.child.try_wait().unwrap());
         let stderr = self.log.take().unwrap().join().unwrap();
         // The pipe's reader hangs up at its end.
@@ -119,7 +119,7 @@ impl Process {
 impl Ended {
     /// It succeeded; what it said last.
     #[track_caller]
-    pub(super) fn well(self) -> Value {
+    pub(crate) fn well(self) -> Value {
         assert_eq!(self.code, Some(0), "{}", self.stderr);
         self.last
     }
@@ -134,7 +134,7 @@ impl Drop for Process {
 
 /// Waits for what another process is about to do.
 #[track_caller]
-pub(super) fn eventually<T>(what: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn eventually<T>(what: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + LONG;
     loop {
         if let Some(done) = attempt() {
@@ -146,20 +146,20 @@ pub(super) fn eventually<T>(what: &str, mut attempt: impl FnMut() -> Option<T>) 
 }
 
 /// Whether a process is there, and not only its entry in its parent's list.
-pub(super) fn is_running(id: u32) -> bool {
+pub(crate) fn is_running(id: u32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
     stat_field(&stat, 0).is_some_and(|state| state != "Z" && state != "X")
 }
 
 /// Whether a process has a handler for SIGTERM; without one, the signal ends it at once.
-pub(super) fn catches_sigterm(id: u32) -> bool {
+pub(crate) fn catches_sigterm(id: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
     let caught = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigCgt:")?.trim(), 16).ok());
     caught.is_some_and(|signals| signals >> (Signal::TERM.as_raw() - 1) & 1 == 1)
 }
 
 /// Ids and command lines of a process's children.
-pub(super) fn children(parent: u32) -> Vec<(u32, String)> {
+pub(crate) fn children(parent: u32) -> Vec<(u32, String)> {
     let processes = fs::read_dir("/proc").unwrap().flatten();
     let ids = processes.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
     ids.filter_map(|id| {
