@@ -3,6 +3,7 @@
 mod messages;
 mod posterior;
 mod scans;
+mod supports;
 
 use bhm_core::{
     geometry::Pose,
