@@ -107,6 +107,17 @@ impl<'s, const D: usize> Basis<'s, D> {
         };
         let mut features = Features { stencil, values: Vec::new(), bias: 0.0 };
         match place {
+            Place::Point(_) if self.supports.table.is_empty() => {
+                let Stencil { from_first_m, .. } = &stencil;
+                let Lattice { spacing_m, stencil: width, .. } = self.lattice;
+                let values = &mut features.values;
+                self.supports.everywhere.over_lattice(&kernel, from_first_m, spacing_m, width, |value| {
+                    let _ = values.push(value);
+                });
+                if values.len() != self.lattice.stencil_nodes() {
+                    return None;
+                }
+            }
             Place::Point(_) => {
                 for (node, displacement) in self.nodes(&stencil) {
                     let value = self.supports.at(&node).feature(&kernel, &displacement);
@@ -216,7 +227,7 @@ impl<'s, const D: usize> Basis<'s, D> {
 mod tests {
     use super::*;
     use crate::kernel::{KernelChoice, KernelParameters};
-    use crate::support::SupportTable;
+    use crate::support::{SupportChoice, SupportParameters, SupportTable};
 
     fn basis(kernel: KernelChoice, stencil: usize) -> Basis<'static, 2> {
         let parameters = KernelParameters { spacing_m: 0.5, shape_m2: 0.15 };
@@ -233,6 +244,27 @@ mod tests {
             assert!(spline.bias.abs() < 1e-6);
             let exponential = basis(KernelChoice::SquaredExponential, 6).features(&at).unwrap();
             assert!(exponential.bias.abs() < 2e-2, "a ripple, not {}", exponential.bias);
+        }
+    }
+
+    #[test]
+    fn a_table_of_the_same_supports_is_the_same_function_bit_for_bit() {
+        let window = crate::lattice::Window { first: [-8, -8], width: [24, 24] };
+        for kernel in KernelChoice::ALL {
+            for choice in SupportChoice::ALL {
+                let everywhere =
+                    choice.build(&SupportParameters { spacing_m: 0.5, size: 0.4, averaging: Averaging::Exact });
+                let alike = std::vec![everywhere; window.supports()];
+                let mut one = basis(*kernel, 6);
+                one.supports.everywhere = everywhere;
+                let mut each = one;
+                each.supports.table = SupportTable::new(window, &alike).unwrap();
+                for i in 0..50 {
+                    let at = Point::<2>::new(i as f32 * 0.053, i as f32 * 0.027);
+                    let (one, each) = (one.features(&at).unwrap(), each.features(&at).unwrap());
+                    assert_eq!(one.values, each.values, "{} over a {}", kernel.name(), choice.name());
+                }
+            }
         }
     }
 }

@@ -69,6 +69,9 @@ fn beta_slope(t: f32) -> f32 {
     }
 }
 
+/// Widest stencil whose splines are evaluated axis by axis.
+const WIDEST: usize = 8;
+
 /// Where β is not one polynomial, in spacings.
 const KNOTS: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 
@@ -164,6 +167,26 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
     #[inline]
     fn gradient(&self, displacement_m: &Point<D>) -> Point<D> {
         self.blur(displacement_m, |d| self.plain_gradient(d))
+    }
+
+    #[inline]
+    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, mut each: impl FnMut(f32)) {
+        if self.blur.is_some() || width > WIDEST {
+            for offset in offsets([width; D]) {
+                each(self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m)));
+            }
+            return;
+        }
+        // A product over axes: `width` splines along each instead of as many as the stencil has nodes.
+        let mut along = [[0.0; WIDEST]; D];
+        for (along, from_first) in along.iter_mut().zip(from_first_m.iter()) {
+            for (i, value) in along.iter_mut().enumerate().take(width) {
+                *value = beta((from_first - i as f32 * spacing_m) * self.per_spacing);
+            }
+        }
+        for offset in offsets([width; D]) {
+            each(offset.iter().zip(&along).map(|(i, along)| along[*i]).product());
+        }
     }
 
     fn blurred(&self, covariance_m2: &SMatrix<f32, D, D>) -> Self {

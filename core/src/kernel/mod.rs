@@ -20,7 +20,7 @@ pub use two_scales::TwoScales;
 
 use nalgebra::SMatrix;
 
-use crate::geometry::Point;
+use crate::{geometry::Point, lattice::offsets};
 
 /// A kernel `k(d)` of the displacement `d = x − x̃` from a support's centre to a point, with `k(0) = 1` until it is blurred.
 pub trait Kernel<const D: usize>: Copy {
@@ -29,6 +29,15 @@ pub trait Kernel<const D: usize>: Copy {
 
     /// `∂k/∂d`, per metre.
     fn gradient(&self, displacement_m: &Point<D>) -> Point<D>;
+
+    /// `k(d − spacing · offset)` for every offset of a stencil `width` wide, in lexicographic order, the last axis fastest:
+    /// what a point has of a lattice of point supports. A kernel that is a product over axes does better than one by one.
+    #[inline]
+    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, mut each: impl FnMut(f32)) {
+        for offset in offsets([width; D]) {
+            each(self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m)));
+        }
+    }
 
     /// The kernel convolved with `N(0, C)`, `C` in m², positive semidefinite: `E[k(d + e)]`, `e ~ N(0, C)`.
     ///
@@ -112,6 +121,11 @@ macro_rules! kernels {
             #[inline]
             fn gradient(&self, displacement_m: &Point<D>) -> Point<D> {
                 match self { $(Self::$kernel(kernel) => kernel.gradient(displacement_m)),* }
+            }
+
+            #[inline]
+            fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, each: impl FnMut(f32)) {
+                match self { $(Self::$kernel(kernel) => kernel.over_lattice(from_first_m, spacing_m, width, each)),* }
             }
 
             #[inline]

@@ -71,6 +71,19 @@ impl<const D: usize> Support<D> for GaussianSupport<D> {
     }
 
     #[inline]
+    fn over_lattice(
+        &self,
+        kernel: &impl Kernel<D>,
+        from_first_m: &Point<D>,
+        spacing_m: f32,
+        width: usize,
+        each: impl FnMut(f32),
+    ) {
+        // Blurred once, not node by node.
+        kernel.blurred(&self.covariance_m2).over_lattice(from_first_m, spacing_m, width, each);
+    }
+
+    #[inline]
     fn feature_gradient(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> Point<D> {
         kernel.blurred(&self.covariance_m2).gradient(displacement_m)
     }

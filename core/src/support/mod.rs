@@ -20,6 +20,7 @@ use crate::{
         Averaging, Kernel,
         quadrature::{LEGENDRE_12, mean},
     },
+    lattice::offsets,
 };
 
 /// A support's feature: its kernel, averaged over what the support covers.
@@ -35,6 +36,22 @@ pub trait Support<const D: usize>: Sized {
 
     /// The feature of a point displaced by `displacement_m` from the support's centre.
     fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32;
+
+    /// The features of a stencil `width` wide whose nodes all have this support; see [`Kernel::over_lattice`].
+    #[inline]
+    fn over_lattice(
+        &self,
+        kernel: &impl Kernel<D>,
+        from_first_m: &Point<D>,
+        spacing_m: f32,
+        width: usize,
+        mut each: impl FnMut(f32),
+    ) {
+        for offset in offsets([width; D]) {
+            let displacement = Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m);
+            each(self.feature(kernel, &displacement));
+        }
+    }
 
     /// Its derivative with respect to the point, per metre.
     fn feature_gradient(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> Point<D>;
@@ -123,6 +140,21 @@ macro_rules! supports {
             #[must_use]
             pub fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32 {
                 match self { $(Self::$support(support) => support.feature(kernel, displacement_m)),* }
+            }
+
+            /// See [`Support::over_lattice`].
+            #[inline]
+            pub fn over_lattice(
+                &self,
+                kernel: &impl Kernel<D>,
+                from_first_m: &Point<D>,
+                spacing_m: f32,
+                width: usize,
+                each: impl FnMut(f32),
+            ) {
+                match self {
+                    $(Self::$support(support) => support.over_lattice(kernel, from_first_m, spacing_m, width, each)),*
+                }
             }
 
             /// See [`Support::feature_gradient`].

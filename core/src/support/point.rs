@@ -24,6 +24,18 @@ impl<const D: usize> Support<D> for PointSupport<D> {
     }
 
     #[inline]
+    fn over_lattice(
+        &self,
+        kernel: &impl Kernel<D>,
+        from_first_m: &Point<D>,
+        spacing_m: f32,
+        width: usize,
+        each: impl FnMut(f32),
+    ) {
+        kernel.over_lattice(from_first_m, spacing_m, width, each);
+    }
+
+    #[inline]
     fn feature_gradient(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> Point<D> {
         kernel.gradient(displacement_m)
     }
