@@ -64,8 +64,19 @@ impl MapOptions {
     /// # Errors
     /// [`Usage`] for options that contradict themselves, whatever they come from; if the file cannot be read.
     pub(crate) fn effective(&self) -> anyhow::Result<Option<Effective>> {
+        self.effective_with(&[])
+    }
+
+    /// As [`effective`](Self::effective), with other defaults than the profile's for some numbers.
+    ///
+    /// # Errors
+    /// As [`effective`](Self::effective).
+    pub(crate) fn effective_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<Effective>> {
         let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
-        let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
+        let mut merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
+        for (number, default) in defaults {
+            merged.number_mut(*number).get_or_insert(*default);
+        }
         let supports = merged.supports().map(load).transpose()?;
         let effective = merged.effective(supports.as_ref()).map_err(|problem| match &file {
             // The file's fault if it says so on its own.

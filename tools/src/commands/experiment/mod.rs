@@ -1,8 +1,11 @@
-//! Experiments of the paper and beyond it, each one file: what it compares, a table, and its pictures.
+//! Experiments of the paper and beyond it, each a file or a folder: what it compares, a table, and its pictures.
 //!
 //! A new one is its file, its `mod` line and its line in the list.
 
+mod granularity;
+mod plates;
 mod relevance;
+mod shapes;
 mod trial;
 
 use clap::Args;
@@ -32,5 +35,7 @@ macro_rules! experiments {
 }
 
 experiments! {
+    Granularity in granularity,
     Relevance in relevance,
+    Shapes in shapes,
 }
