@@ -2,7 +2,12 @@
 //!
 //! A new one is its file, its `mod` line and its line in the list.
 
+mod cost;
+mod kernels;
+mod placement;
+mod poses;
 mod relevance;
+mod segments;
 mod trial;
 
 use clap::Args;
@@ -32,5 +37,9 @@ macro_rules! experiments {
 }
 
 experiments! {
+    Kernels in kernels,
+    Placement in placement,
+    Poses in poses,
     Relevance in relevance,
+    Segments in segments,
 }

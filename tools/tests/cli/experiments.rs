@@ -1,0 +1,93 @@
+//! Experiments print a line for each contestant, in text and as JSON, and compare what they claim to compare.
+
+use serde_json::Value;
+
+use crate::support::{Bench, Run, room};
+
+fn number(value: &Value, name: &str) -> f64 {
+    value[name].as_f64().unwrap_or_else(|| panic!("{name} of {value}"))
+}
+
+/// A line that says all of this.
+fn line<'a>(run: &'a Run, words: &[&str]) -> &'a str {
+    let found = run.stdout.lines().find(|line| words.iter().all(|word| line.contains(word)));
+    found.unwrap_or_else(|| panic!("{words:?} is not in:\n{}", run.stdout))
+}
+
+#[test]
+fn segments_meet_points_of_equal_cost() {
+    let bench = Bench::new();
+    bench.write("room.log", room());
+    let found = bench.json("experiment segments room.log --profile compact --lengths 1,4");
+    let contestants = found.as_array().unwrap();
+    let names: Vec<_> = contestants.iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert_eq!(names[..3], ["points, as configured", "segments of 1", "points, equal rows"]);
+    assert_eq!(names.len(), 7);
+    for group in contestants[1..].chunks(3) {
+        let [segments, rows, instructions] = group else { panic!("three of each length") };
+        // Beams have few pieces here, and each beam a whole number of them.
+        assert!((number(rows, "rows") / number(segments, "rows") - 1.0).abs() < 0.1, "{found}");
+        let cost = number(instructions, "instructions_per_scan") / number(segments, "instructions_per_scan");
+        assert!((cost - 1.0).abs() < 0.1, "{found}");
+        assert!(segments["free_spacing_m"].is_null() && rows["segment_length"].is_null());
+    }
+    let run = bench.bhm("experiment segments room.log --every 4 --lengths 2 --profile compact");
+    run.succeeds(&[]);
+    line(&run, &["segments of 2", " - "]);
+}
+
+#[test]
+fn kernels_are_compared_and_those_that_do_not_fit_are_named() {
+    let bench = Bench::new();
+    bench.write("room.log", room());
+    let run =
+        bench.bhm("experiment kernels room.log --every 4 --profile compact --shapes 0.6,9 --two-scales-shapes 0.3");
+    run.succeeds(&[]);
+    assert!(line(&run, &["cubic-b-spline"]).contains(" 4 "), "its stencil");
+    assert!(line(&run, &["squared-exponential 0.6"]).contains(" 6 "), "its stencil");
+    line(&run, &["two-scales 0.3"]);
+    line(&run, &["refused: squared-exponential 9: a feature is still"]);
+}
+
+#[test]
+fn knowing_that_poses_are_uncertain_widens_what_is_learned() {
+    let bench = Bench::new();
+    let arguments = "experiment poses --every 60 --profile compact --position-noise 0.2 --heading-noise 0.03";
+    let found = bench.json(arguments);
+    let contestants = found.as_array().unwrap();
+    assert_eq!(contestants.len(), 2 + 4);
+    for one in contestants {
+        let used = one["covariance_used"].as_bool().unwrap();
+        assert_eq!(number(one, "narrowed") > 0.0, used, "far from the robot no stencil has room: {one}");
+        assert!(number(&one["world"], "points") == number(&contestants[0]["world"], "points"));
+        // The same beams are asked, where they really went.
+        assert_eq!(number(one, "positives"), number(&contestants[0], "positives"));
+    }
+}
+
+#[test]
+fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
+    let bench = Bench::new();
+    bench.write("room.log", room());
+    let learned = bench.json("learn supports room.log --cluster 20 -o list.sct --profile compact");
+    assert_eq!(learned["supports"], 20);
+    assert_eq!(number(&learned, "bytes") as usize, bench.read("list.sct").len());
+
+    let common = "experiment placement room.log --profile compact --every 5 --shapes 1";
+    let given = bench.json(&format!("{common} --supports list.sct"));
+    let names: Vec<_> = given.as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["lattice over the box", "lattice over data", "list, centres", "list, Gaussians"]);
+    let looked_for = bench.json(&format!("{common} --counts 20,40 --hit-weights 1"));
+    for one in looked_for.as_array().unwrap() {
+        assert!(number(one, "supports") <= 40.0 && number(one, "auc") > 0.5, "{one}");
+    }
+
+    let wrong = "found a list of scattered supports, which `bhm experiment placement` alone reads";
+    for command in ["evaluate list.sct", "info list.sct", "build list.sct -o map.bhm"] {
+        bench.bhm(command).fails(1, &["list.sct", wrong]);
+    }
+    let no_list = bench.bhm(&format!("{common} --supports room.log"));
+    no_list.fails(1, &["room.log: expected a list of scattered supports, found text beginning with `FLASER"]);
+    bench.bhm(&format!("{common} --counts 513")).fails(2, &["--counts: 513 supports, expected 1 to 512"]);
+    bench.bhm("learn supports room.log --cluster 0 -o x").fails(1, &["0 clusters, expected 1 to 4096"]);
+}
