@@ -5,7 +5,7 @@ use bhm_core::{
     geometry::Point,
     lattice::Node,
     mapper::{IntegrateReport, Mapper, Memory, ScanRejected},
-    posterior::{Entry, PosteriorView, RowState, Scratch},
+    posterior::{Entry, Posterior, PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::Scan,
     settings::{Model, SettingsError},
@@ -23,6 +23,8 @@ unsafe trait PlainNumbers {}
 
 // SAFETY: a tile is integers, floats and arrays of floats; its own documentation says that zero is a vacant tile.
 unsafe impl<const M: usize, const B: usize> PlainNumbers for Tile<M, B> {}
+// SAFETY: a posterior is floats and arrays of floats.
+unsafe impl<const M: usize, const B: usize> PlainNumbers for Posterior<M, B> {}
 // SAFETY: scratch is floats and arrays of floats.
 unsafe impl<const M: usize, const B: usize> PlainNumbers for Scratch<M, B> {}
 

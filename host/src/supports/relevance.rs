@@ -106,8 +106,8 @@ pub fn learn_relevance<'a, S: IntoIterator<Item = &'a ScanRecord>>(
     Ok(LearnedRelevance { supports, observations: first_pass.observations, unplaced: first_pass.unplaced })
 }
 
-/// What a scan says, place by place.
-fn observe(scan: &ScanRecord, settings: &Settings, rule: &AnyBeamRule, mut each: impl FnMut(&LabelledPlace)) {
+/// What a scan says, place by place, before any lattice is known. Beams that cannot be used say nothing.
+pub fn observe(scan: &ScanRecord, settings: &Settings, rule: &AnyBeamRule, mut each: impl FnMut(&LabelledPlace)) {
     let pose = scan.map_from_sensor;
     let mut tally = BeamTally::default();
     for (number, range_m) in scan.ranges_m.iter().enumerate() {

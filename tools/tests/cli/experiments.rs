@@ -1,77 +1,93 @@
-//! What the experiments leave behind, and that their numbers hang together.
+//! Experiments print a line for each contestant, in text and as JSON, and compare what they claim to compare.
 
 use serde_json::Value;
 
-use crate::support::{Bench, room};
+use crate::support::{Bench, Run, room};
 
-fn is_png(bench: &Bench, name: &str) -> bool {
-    bench.read(name).starts_with(b"\x89PNG")
+fn number(value: &Value, name: &str) -> f64 {
+    value[name].as_f64().unwrap_or_else(|| panic!("{name} of {value}"))
 }
 
-fn row<'a>(outcome: &'a Value, spacing_m: f64, supports: &str) -> &'a Value {
-    let mut rows = outcome["rows"].as_array().unwrap().iter();
-    let found = rows.find(|row| row["spacing_m"] == spacing_m && row["supports"] == supports);
-    found.unwrap_or_else(|| panic!("no {supports} at {spacing_m} m in {outcome}"))
-}
-
-#[test]
-fn granularity_compares_supports_on_coarser_and_coarser_lattices() {
-    let bench = Bench::new();
-    let outcome = bench.json("experiment granularity --quick --scene traffic --every 150 --maps -o pictures");
-    let nll = |spacing_m: f64, supports: &str| row(&outcome, spacing_m, supports)["nll"]["mean"].as_f64().unwrap();
-    // A rectangle that one sample stands for is its middle: a point.
-    let [sample, point] = ["rectangles, 1 x 1 samples", "points"].map(|supports| nll(15.0, supports));
-    assert!((sample - point).abs() < 1e-6, "{sample} {point}");
-    // Points 15 m apart see nothing of most places; areas do.
-    assert!(nll(15.0, "rectangles, closed form") < point, "{outcome}");
-    for supports in ["rectangles, 4 x 4 samples", "Gaussians, 0.29 spacings", "Gaussians, learned"] {
-        assert!(nll(10.0, supports).is_finite(), "{outcome}");
-    }
-    for name in ["traffic.png", "traffic-samples.png", "traffic-map-points.png", "traffic-map-rectangles.png"] {
-        assert!(is_png(&bench, &format!("pictures/granularity-{name}")), "{name}");
-    }
-    // Two seeds of six ways on two lattices, and of one sample on the coarse one.
-    let csv = String::from_utf8(bench.read("pictures/granularity-traffic.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 1 + 2 * (6 * 2 + 1), "{csv}");
-    assert!(csv.lines().all(|line| line.matches(',').count() >= 11));
+/// A line that says all of this.
+fn line<'a>(run: &'a Run, words: &[&str]) -> &'a str {
+    let found = run.stdout.lines().find(|line| words.iter().all(|word| line.contains(word)));
+    found.unwrap_or_else(|| panic!("{words:?} is not in:\n{}", run.stdout))
 }
 
 #[test]
-fn shapes_are_drawn_and_lie_along_the_walls_of_a_room() {
+fn segments_meet_points_of_equal_cost() {
     let bench = Bench::new();
     bench.write("room.log", room());
-    let report = bench.json("experiment shapes room.log -o pictures");
-    for picture in report["pictures"].as_array().unwrap() {
-        assert!(is_png(&bench, picture.as_str().unwrap()), "{picture}");
+    let found = bench.json("experiment segments room.log --profile compact --lengths 1,4");
+    let contestants = found.as_array().unwrap();
+    let names: Vec<_> = contestants.iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert_eq!(names[..3], ["points, as configured", "segments of 1", "points, equal rows"]);
+    assert_eq!(names.len(), 7);
+    for group in contestants[1..].chunks(3) {
+        let [segments, rows, instructions] = group else { panic!("three of each length") };
+        // Beams have few pieces here, and each beam a whole number of them.
+        assert!((number(rows, "rows") / number(segments, "rows") - 1.0).abs() < 0.1, "{found}");
+        let cost = number(instructions, "instructions_per_scan") / number(segments, "instructions_per_scan");
+        assert!((cost - 1.0).abs() < 0.1, "{found}");
+        assert!(segments["free_spacing_m"].is_null() && rows["segment_length"].is_null());
     }
-    assert_eq!(report["pictures"].as_array().unwrap().len(), 3);
-    assert_eq!((&report["spacing_m"], report["contestants"].as_array().unwrap().len()), (&Value::from(1.0), 3));
-    let alignment = &report["alignment"];
-    assert!(alignment["supports"].as_u64() > Some(8), "{alignment}");
-    assert!(alignment["straight_cos"].as_f64() > Some(0.9), "{alignment}");
-    // Options have the last word.
-    let finer = bench.json("experiment shapes room.log -o pictures --spacing 0.5");
-    assert_eq!(finer["spacing_m"], 0.5);
+    let run = bench.bhm("experiment segments room.log --every 4 --lengths 2 --profile compact");
+    run.succeeds(&[]);
+    line(&run, &["segments of 2", " - "]);
 }
 
 #[test]
-fn what_an_experiment_cannot_do_is_code_2_and_what_it_cannot_read_or_write_code_1() {
+fn kernels_are_compared_and_those_that_do_not_fit_are_named() {
     let bench = Bench::new();
     bench.write("room.log", room());
-    for (arguments, says) in [
-        ("granularity", "--output <DIR>"),
-        ("granularity -o p --scene building", "[possible values: outdoor, traffic]"),
-        ("granularity -o p --seeds 0", "0 is not in 1..=100"),
-        ("granularity -o p --every 0", "0 is not in 1.."),
-        ("shapes room.log", "--output <DIR>"),
-        ("shapes -o p", "<LOG>"),
-        ("shapes room.log -o p --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),
-        ("shapes room.log -o p --kernel-shape 9", "a feature is still"),
-    ] {
-        bench.bhm(&format!("experiment {arguments}")).fails(2, &[says]);
+    let run =
+        bench.bhm("experiment kernels room.log --every 4 --profile compact --shapes 0.6,9 --two-scales-shapes 0.3");
+    run.succeeds(&[]);
+    assert!(line(&run, &["cubic-b-spline"]).contains(" 4 "), "its stencil");
+    assert!(line(&run, &["squared-exponential 0.6"]).contains(" 6 "), "its stencil");
+    line(&run, &["two-scales 0.3"]);
+    line(&run, &["refused: squared-exponential 9: a feature is still"]);
+}
+
+#[test]
+fn knowing_that_poses_are_uncertain_widens_what_is_learned() {
+    let bench = Bench::new();
+    let arguments = "experiment poses --every 60 --profile compact --position-noise 0.2 --heading-noise 0.03";
+    let found = bench.json(arguments);
+    let contestants = found.as_array().unwrap();
+    assert_eq!(contestants.len(), 2 + 4);
+    for one in contestants {
+        let used = one["covariance_used"].as_bool().unwrap();
+        assert_eq!(number(one, "narrowed") > 0.0, used, "far from the robot no stencil has room: {one}");
+        assert!(number(&one["world"], "points") == number(&contestants[0]["world"], "points"));
+        // The same beams are asked, where they really went.
+        assert_eq!(number(one, "positives"), number(&contestants[0], "positives"));
     }
-    assert!(!bench.path("p").exists());
-    bench.bhm("experiment granularity -o room.log --quick").fails(1, &["cannot make the folder room.log"]);
-    bench.bhm("experiment shapes none.log -o p").fails(1, &["cannot read none.log"]);
-    assert!(bench.bhm("experiment shapes --print-config").stdout.contains("spacing = 1.0"));
+}
+
+#[test]
+fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
+    let bench = Bench::new();
+    bench.write("room.log", room());
+    let learned = bench.json("learn supports room.log --cluster 20 -o list.sct --profile compact");
+    assert_eq!(learned["supports"], 20);
+    assert_eq!(number(&learned, "bytes") as usize, bench.read("list.sct").len());
+
+    let common = "experiment placement room.log --profile compact --every 5 --shapes 1";
+    let given = bench.json(&format!("{common} --supports list.sct"));
+    let names: Vec<_> = given.as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["lattice over the box", "lattice over data", "list, centres", "list, Gaussians"]);
+    let looked_for = bench.json(&format!("{common} --counts 20,40 --hit-weights 1"));
+    for one in looked_for.as_array().unwrap() {
+        assert!(number(one, "supports") <= 40.0 && number(one, "auc") > 0.5, "{one}");
+    }
+
+    let wrong = "found a list of scattered supports, which `bhm experiment placement` alone reads";
+    for command in ["evaluate list.sct", "info list.sct", "build list.sct -o map.bhm"] {
+        bench.bhm(command).fails(1, &["list.sct", wrong]);
+    }
+    let no_list = bench.bhm(&format!("{common} --supports room.log"));
+    no_list.fails(1, &["room.log: expected a list of scattered supports, found text beginning with `FLASER"]);
+    bench.bhm(&format!("{common} --counts 513")).fails(2, &["--counts: 513 supports, expected 1 to 512"]);
+    bench.bhm("learn supports room.log --cluster 0 -o x").fails(1, &["0 clusters, expected 1 to 4096"]);
 }

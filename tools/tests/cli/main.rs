@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod experiments;
+mod figures;
 mod live;
 mod maps;
 mod support;

@@ -2,9 +2,14 @@
 //!
 //! A new one is its file, its `mod` line and its line in the list.
 
+mod cost;
 mod granularity;
+mod kernels;
+mod placement;
 mod plates;
+mod poses;
 mod relevance;
+mod segments;
 mod shapes;
 mod trial;
 
@@ -36,6 +41,10 @@ macro_rules! experiments {
 
 experiments! {
     Granularity in granularity,
+    Kernels in kernels,
+    Placement in placement,
+    Poses in poses,
     Relevance in relevance,
+    Segments in segments,
     Shapes in shapes,
 }

@@ -64,6 +64,10 @@ pub(super) struct Marks {
     /// Supports a side that a point sees, on which the cost of a tile depends.
     pub(super) stencil: usize,
     pub(super) tiles: usize,
+    /// Observations learned.
+    pub(super) observations: u64,
+    /// Of those, learned as less uncertain than their scan's pose makes them: the stencil had no room for all of it.
+    pub(super) narrowed: u64,
 }
 
 /// Room enough that no contestant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
@@ -81,29 +85,38 @@ pub(super) fn take(
     let settings = settings.fitted(table);
     let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
     let mut map = map::open_with(&profile, supports)?;
-    let (mut rows, mut passes) = (0, 0);
+    let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
     for scan in progress::over(exam.scans.iter(), name.clone()) {
         if let Ok(report) = map.integrate(&scan.as_scan()) {
             let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
             anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
             rows += u64::from(report.rows);
             passes += u64::from(report.passes);
+            observations += u64::from(report.points.used);
+            narrowed += u64::from(report.points.narrowed);
         }
     }
     let logits: Vec<f32> =
         exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
     let scores = Scores::of(&logits, &exam.test.occupied)?;
     let (resident, archived) = map.tile_counts();
-    Ok((Marks { name, scores, rows, passes, stencil: settings.stencil, tiles: resident + archived }, map))
+    let (stencil, tiles) = (settings.stencil, resident + archived);
+    Ok((Marks { name, scores, rows, passes, stencil, tiles, observations, narrowed }, map))
 }
 
 /// The marks as a table, the best NLL marked.
 pub(super) fn table(marks: &[Marks]) -> String {
+    table_with(&marks.iter().collect::<Vec<_>>(), &[])
+}
+
+/// The same with further columns: a heading, and a cell for each of the marks.
+pub(super) fn table_with(marks: &[&Marks], further: &[(&str, Vec<String>)]) -> String {
     let best = marks.iter().map(|marks| marks.scores.nll).fold(f64::INFINITY, f64::min);
-    let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles", ""];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    rows.extend(marks.iter().map(|Marks { name, scores, rows, passes, stencil, tiles }| {
-        vec![
+    let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles"];
+    let head = head.into_iter().chain(further.iter().map(|(name, _)| *name)).chain([""]);
+    let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).collect()];
+    rows.extend(marks.iter().enumerate().map(|(line, Marks { name, scores, rows, passes, stencil, tiles, .. })| {
+        let mut cells = vec![
             name.clone(),
             scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}")),
             format!("{:.5}", scores.nll),
@@ -112,8 +125,10 @@ pub(super) fn table(marks: &[Marks]) -> String {
             passes.to_string(),
             stencil.to_string(),
             tiles.to_string(),
-            if scores.nll == best { "best".to_owned() } else { String::new() },
-        ]
+        ];
+        cells.extend(further.iter().map(|(_, column)| column.get(line).cloned().unwrap_or_default()));
+        cells.push(if scores.nll == best { "best".to_owned() } else { String::new() });
+        cells
     }));
     crate::output::columns(&rows)
 }

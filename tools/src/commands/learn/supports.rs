@@ -1,9 +1,10 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bhm_core::{kernel::KernelChoice, relevance::RelevanceSettings, settings::Settings};
 use bhm_host::{
+    ScanRecord,
     dataset::{self, ReadOptions},
-    supports::{self, RelevanceOptions, learn_relevance},
+    supports::{self, ClusterOptions, RelevanceOptions, learn_relevance},
 };
 use clap::Args;
 use serde::Serialize;
@@ -18,7 +19,8 @@ use crate::{
 ///
 /// EM of a Gaussian mixture whose means stay on the lattice: a support between walls grows round, one on a wall grows along
 /// it, one without data becomes a point. Scans stream by; memory is 40 bytes for each lattice node that the log reaches.
-/// Every command that maps takes the file by --supports, with the same spacing.
+/// Every command that maps takes the file by --supports, with the same spacing. With --cluster, a list of supports that lie
+/// where the data does instead, which `bhm experiment placement` takes.
 #[derive(Args, Debug)]
 pub(crate) struct Supports {
     /// Scan log (CARMEN), plain or gzip
@@ -40,6 +42,12 @@ pub(crate) struct Supports {
     /// Largest standard deviation of a support along any direction, in spacings
     #[arg(long, default_value_t = RelevanceSettings::DEFAULT.max_deviation, value_name = "X")]
     max_deviation: f32,
+    /// Instead of shapes on the lattice, learn so many places off it: clusters of the hits and free points (k-means)
+    #[arg(long, value_name = "N", conflicts_with_all = ["em_passes", "pseudo_count", "max_deviation"])]
+    cluster: Option<usize>,
+    /// Seed of where clusters begin
+    #[arg(long, default_value_t = ClusterOptions::DEFAULT.seed, requires = "cluster")]
+    seed: u64,
     #[command(flatten)]
     map: MapOptions,
 }
@@ -74,6 +82,9 @@ impl Supports {
         let settings: &Settings = &options.profile.settings;
         let scans = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
         reports::scan_log(log, &scans.report);
+        if let Some(clusters) = self.cluster {
+            return self.cluster(clusters, &scans.scans, settings, file, output);
+        }
         let relevance = RelevanceOptions {
             passes: self.em_passes,
             hit_weight: self.hit_weight,
@@ -94,8 +105,56 @@ impl Supports {
     }
 }
 
+#[derive(Serialize)]
+struct ClusterReport {
+    output: PathBuf,
+    bytes: usize,
+    supports: usize,
+    /// Observations, hits counting as several.
+    weight: f64,
+    /// Square root of the mean variance of a cluster along an axis, metres.
+    mean_deviation_m: f64,
+}
+
+impl Supports {
+    /// Learns places off the lattice.
+    fn cluster(
+        &self,
+        clusters: usize,
+        scans: &[ScanRecord],
+        settings: &Settings,
+        file: &Path,
+        output: &Output,
+    ) -> anyhow::Result<()> {
+        let options =
+            ClusterOptions { clusters, hit_weight: self.hit_weight, seed: self.seed, ..ClusterOptions::DEFAULT };
+        let clusters = supports::learn_clusters(|| scans, settings, &options)?;
+        let log = self.log.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+        let found = supports::Clusters { source: format!("{} clusters of {log}", clusters.len()), clusters };
+        supports::save_scattered(file, &found)?;
+        let weight: f64 = found.clusters.iter().map(|cluster| cluster.weight).sum();
+        let spread = |cluster: &supports::Cluster| {
+            cluster.weight * 0.5 * f64::from(cluster.covariance_m2[0] + cluster.covariance_m2[2])
+        };
+        let report = ClusterReport {
+            output: file.to_owned(),
+            bytes: supports::encode_scattered(&found).len(),
+            supports: found.clusters.len(),
+            weight,
+            mean_deviation_m: (found.clusters.iter().map(spread).sum::<f64>() / weight).sqrt(),
+        };
+        output.result(&report, || {
+            table(&[
+                ("supports", format!("{} off the lattice", report.supports)),
+                ("deviations", format!("{:.3} m on average", report.mean_deviation_m)),
+                ("written", format!("{} ({})", file.display(), bytes(report.bytes))),
+            ])
+        })
+    }
+}
+
 impl Report {
-    fn of(file: &std::path::Path, learned: &supports::LearnedRelevance, spacing_m: f32) -> Self {
+    fn of(file: &Path, learned: &supports::LearnedRelevance, spacing_m: f32) -> Self {
         let shapes = learned.supports.supports();
         let mut deviations = [0.0_f32; 2];
         let mut gaussians = 0;
