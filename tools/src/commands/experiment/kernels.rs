@@ -57,7 +57,7 @@ impl Kernels {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
         let Some(log) = &self.log else { return Ok(()) };
-        let exam = Exam::of_log(log, self.every as usize, 0.1, self.seed)?;
+        let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<(KernelChoice, Option<f32>)> {
             shapes.iter().map(|shape| (kernel, Some(*shape))).collect()
         };

@@ -77,7 +77,7 @@ impl Placement {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
         let given = self.supports.as_deref().map(load_scattered).transpose()?;
-        let exam = Exam::of_log(log, self.every as usize, 0.1, self.seed)?;
+        let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..options.profile.settings };
         let data = Data::of(&exam, &base)?;
         let counts = given.as_ref().map_or_else(|| self.counts.clone(), |given| vec![given.clusters.len()]);

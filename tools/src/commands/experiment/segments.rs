@@ -54,7 +54,7 @@ impl Segments {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
         let Some(log) = &self.log else { return Ok(()) };
-        let exam = Exam::of_log(log, self.every as usize, 0.1, self.seed)?;
+        let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let base = Settings { beam: BeamChoice::PointSamples, ..options.profile.settings };
         let every = exam.scans.len().div_ceil(SCANS_COUNTED);
         let load = |settings: &Settings| Load::of(exam.scans.iter().step_by(every), settings);

@@ -93,7 +93,7 @@ impl Shapes {
         for settings in [points, rectangles] {
             settings.fitted(SupportTable::EMPTY).model().map_err(|error| Usage(error.to_string()))?;
         }
-        let exam = Exam::of_log(log, self.every as usize, 0.1, self.seed)?;
+        let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let mut plates = Plates::into(folder)?;
         let learned = learn_relevance(|| &exam.scans, &points, &RelevanceOptions::DEFAULT, String::new())?;
         let learned = learned.supports.interned();
