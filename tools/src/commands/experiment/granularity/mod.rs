@@ -12,7 +12,7 @@ use bhm_core::{
     settings::Settings,
     support::SupportTable,
 };
-use bhm_host::sim::Scene;
+use bhm_host::{ScanRecord, sim::Scene};
 use bhm_tools::picture::Bounds;
 use clap::{Args, builder::PossibleValuesParser};
 
@@ -105,8 +105,10 @@ impl Granularity {
         let quick_every = if self.quick { QUICK_EVERY } else { 1 };
         let every = self.every.unwrap_or(data.every * quick_every) as usize;
         let seeds = if self.quick { self.seeds.min(QUICK_SEEDS) } else { self.seeds };
-        let exam =
-            |seed: u64| Exam::of(scene.simulate(seed).step_by(every).collect(), 0.1, seed).map(|exam| (seed, exam));
+        let exam = |seed: u64| {
+            let scans: Vec<ScanRecord> = scene.simulate(seed).step_by(every).collect();
+            Exam::of(&scans, 0.1, seed).map(|exam| (seed, exam))
+        };
         let exams: Vec<(u64, Exam)> = (1..=u64::from(seeds)).map(exam).collect::<Result<_, _>>()?;
 
         let mut rows: Vec<Row> = Vec::new();
