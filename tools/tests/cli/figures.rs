@@ -17,7 +17,7 @@ fn row<'a>(outcome: &'a Value, spacing_m: f64, supports: &str) -> &'a Value {
 #[test]
 fn granularity_compares_supports_on_coarser_and_coarser_lattices() {
     let bench = Bench::new();
-    let outcome = bench.json("experiment granularity --quick --scene traffic --every 150 --maps -o pictures");
+    let outcome = bench.json("experiment granularity --quick --scene traffic --every 90 --maps -o pictures");
     let nll = |spacing_m: f64, supports: &str| row(&outcome, spacing_m, supports)["nll"]["mean"].as_f64().unwrap();
     // A rectangle that one sample stands for is its middle: a point.
     let [sample, point] = ["rectangles, 1 x 1 samples", "points"].map(|supports| nll(15.0, supports));
@@ -48,7 +48,7 @@ fn shapes_are_drawn_and_lie_along_the_walls_of_a_room() {
     assert_eq!((&report["spacing_m"], report["contestants"].as_array().unwrap().len()), (&Value::from(1.0), 3));
     let alignment = &report["alignment"];
     assert!(alignment["supports"].as_u64() > Some(8), "{alignment}");
-    assert!(alignment["straight_cos"].as_f64() > Some(0.9), "{alignment}");
+    assert!(alignment["through"]["cos"].as_f64() > Some(0.9), "{alignment}");
     // Options have the last word.
     let finer = bench.json("experiment shapes room.log -o pictures --spacing 0.5");
     assert_eq!(finer["spacing_m"], 0.5);
@@ -63,6 +63,7 @@ fn what_an_experiment_cannot_do_is_code_2_and_what_it_cannot_read_or_write_code_
         ("granularity -o p --scene building", "[possible values: outdoor, traffic]"),
         ("granularity -o p --seeds 0", "0 is not in 1..=100"),
         ("granularity -o p --every 0", "0 is not in 1.."),
+        ("granularity -o p --free-spacing 0", "free spacing is 0, expected a positive number"),
         ("shapes room.log", "--output <DIR>"),
         ("shapes -o p", "<LOG>"),
         ("shapes room.log -o p --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),

@@ -68,7 +68,7 @@ impl Poses {
         let scans = |noise: PoseNoise| -> anyhow::Result<Vec<ScanRecord>> {
             Ok(scene.simulate(self.seed).with_pose_noise(noise)?.step_by(self.every as usize).collect())
         };
-        let exact = Exam::of(scans(PoseNoise::NONE)?, 0.1, self.seed)?;
+        let exact = Exam::of(&scans(PoseNoise::NONE)?, 0.1, self.seed)?;
         let with = |kernel| Settings { kernel, ..options.profile.settings }.fitted(SupportTable::EMPTY);
 
         let mut contestants = Vec::new();
@@ -84,7 +84,7 @@ impl Poses {
         let pairs = self.position_noise.iter().flat_map(|m| self.heading_noise.iter().map(move |rad| (*m, *rad)));
         for (position_m, heading_rad) in pairs {
             // The ranges are the same bit for bit, and so are the dice: the same beams are held out.
-            let noisy = Exam::of(scans(PoseNoise { position_m, heading_rad })?, 0.1, self.seed)?.scans;
+            let noisy = Exam::of(&scans(PoseNoise { position_m, heading_rad })?, 0.1, self.seed)?.scans;
             for kernel in KERNELS {
                 for covariance_used in [false, true] {
                     let scans = noisy.iter().cloned().map(|scan| ScanRecord {

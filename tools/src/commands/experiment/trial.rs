@@ -39,12 +39,13 @@ impl Exam {
         let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
         reports::scan_log(log, &report);
         options.prepare(&mut scans);
-        Self::of(scans.into_iter().step_by(every.max(1)).collect(), fraction, seed)
+        let scans: Vec<ScanRecord> = scans.into_iter().step_by(every.max(1)).collect();
+        Self::of(&scans, fraction, seed)
     }
 
     /// These scans, a fraction of the beams held out.
-    pub(super) fn of(scans: Vec<ScanRecord>, fraction: f64, seed: u64) -> anyhow::Result<Self> {
-        let split = hold_out(&scans, Held::Beams, fraction, seed);
+    pub(super) fn of(scans: &[ScanRecord], fraction: f64, seed: u64) -> anyhow::Result<Self> {
+        let split = hold_out(scans, Held::Beams, fraction, seed);
         anyhow::ensure!(!split.test.points_m.is_empty(), "nothing to predict: no beam was held out");
         let Training::Scans(scans) = split.training else { unreachable!("beams are held out of scans") };
         Ok(Self { scans, test: split.test })

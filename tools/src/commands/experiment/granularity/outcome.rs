@@ -31,7 +31,7 @@ impl Spread {
 
     fn text(self, signed: bool) -> String {
         let mean = if signed { format!("{:+.4}", self.mean) } else { format!("{:.4}", self.mean) };
-        self.two_sigma.map_or(mean.clone(), |two_sigma| format!("{mean} \u{b1} {two_sigma:.4}"))
+        self.two_sigma.map_or(mean.clone(), |two_sigma| format!("{mean} ± {two_sigma:.4}"))
     }
 }
 
@@ -204,5 +204,20 @@ impl Outcome {
             vec![gain.spacing_m.to_string(), widths, gain.auc.text(true), gain.nll.text(true), verdict.to_owned()]
         }));
         columns(&table) + "\n" + &columns(&gains)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_is_two_sample_deviations_and_none_of_a_single_value() {
+        // 1, 2, 3, 6: squares around the mean 3 are 14, over 3.
+        let spread = Spread::of(&[1.0, 2.0, 3.0, 6.0]);
+        assert_eq!(spread.mean, 3.0);
+        assert!((spread.two_sigma.unwrap() - 2.0 * (14.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!((spread.text(false), spread.text(true)), ("3.0000 ± 4.3205".into(), "+3.0000 ± 4.3205".into()));
+        assert_eq!(Spread::of(&[0.5]).text(true), "+0.5000");
     }
 }

@@ -8,7 +8,7 @@ use super::{
     outcome::{Row, Spread},
 };
 
-const BARS: &str = "mean \u{b1} 2 sigma over seeds";
+const BARS: &str = "mean ± 2 sigma over seeds";
 
 /// A name and its points for each chart, AUC and NLL.
 type Line = (String, [Vec<Sample>; 2]);
@@ -16,11 +16,11 @@ type Line = (String, [Vec<Sample>; 2]);
 pub(super) fn draw(data: &Dataset, rows: &[Row], plates: &mut Plates<'_>) -> anyhow::Result<()> {
     let Dataset { scene, shape_m2, coarse_m, .. } = data;
     let samples = Axis { label: "samples per rectangle", scale: Scale::Logarithmic };
-    let title = format!("{scene}: rectangles {coarse_m} m apart, G = {shape_m2} m\u{b2}");
+    let title = format!("{scene}: rectangles {coarse_m} m apart, G = {shape_m2} m²");
     write(plates, &format!("granularity-{scene}-samples.png"), &title, samples, &against_samples(rows, *coarse_m))?;
 
     let spacing = Axis { label: "distance between supports [m]", scale: Scale::Linear };
-    let title = format!("{scene}: what stands at the nodes, G = {shape_m2} m\u{b2}");
+    let title = format!("{scene}: what stands at the nodes, G = {shape_m2} m²");
     let lines: Vec<Line> = WAYS.iter().map(|way| against_spacing(rows, *way)).collect();
     write(plates, &format!("granularity-{scene}.png"), &title, spacing, &lines)
 }

@@ -15,6 +15,9 @@ const MANY_HITS: f64 = 50.0;
 /// Hits that spread this much more along one direction than across are a straight wall: `(λ₁ − λ₂) / (λ₁ + λ₂)`.
 const STRAIGHT: f64 = 0.9;
 
+/// A wall that passes a node no further away, in spacings, runs through it.
+const THROUGH: f64 = 0.25;
+
 /// How supports lie with respect to the walls near them.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Alignment {
@@ -23,14 +26,19 @@ pub(super) struct Alignment {
     /// Of them, mean |cos| of the angle between the longer axis and the direction in which the hits spread most, weighted by
     /// how elongated both are: neither a round support nor a corner has a direction.
     weighted_cos: Option<f64>,
-    /// The same, each counting once.
-    cos: Option<f64>,
-    /// Those at straight walls.
-    straight: usize,
-    /// Mean |cos| of those, each counting once.
-    straight_cos: Option<f64>,
+    /// Those at straight walls that run through the node.
+    through: Part,
+    /// Those at straight walls beside it. A support's mean stays at its node: to cover a wall beside it, it grows across.
+    beside: Part,
     /// What supports in random directions would give: the mean |cos| of a uniform angle.
     random_cos: f64,
+}
+
+/// Some of the supports, each counting once.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Part {
+    supports: usize,
+    cos: Option<f64>,
 }
 
 /// Compares the table's Gaussians with the hits of these scans.
@@ -39,40 +47,39 @@ pub(super) fn alignment(scans: &[ScanRecord], range_max_m: f32, supports: &Learn
     let hits = Hits::of(scans, range_max_m, f64::from(spacing_m));
     let lattice = Lattice { origin_m: supports.origin_m().into(), spacing_m, stencil: 1 };
     let window = supports.window();
-    let [mut all, mut straight] = [Mean::default(), Mean::default()];
-    let mut weighted = Mean::default();
+    let [mut weighted, mut through, mut beside] = [Mean::default(), Mean::default(), Mean::default()];
     for (offset, support) in offsets(window.width).zip(supports.supports()) {
         let AnySupport::GaussianSupport(gaussian) = support else { continue };
         let s = gaussian.covariance_m2();
         let own = Direction::of([s[(0, 0)], s[(0, 1)], s[(1, 1)]].map(f64::from));
         let node = [0, 1].map(|axis| window.first[axis] + offset[axis] as i32);
         let centre: [f32; 2] = lattice.position_m(&node).into();
-        let Some(wall) = hits.direction(centre.map(f64::from)) else { continue };
-        let cos = (own.angle_rad - wall.angle_rad).cos().abs();
-        all.add(cos, 1.0);
-        weighted.add(cos, own.elongation * wall.elongation);
-        if wall.elongation > STRAIGHT {
-            straight.add(cos, 1.0);
+        let Some(wall) = hits.wall(centre.map(f64::from)) else { continue };
+        let cos = (own.angle_rad - wall.direction.angle_rad).cos().abs();
+        weighted.add(cos, own.elongation * wall.direction.elongation);
+        if wall.direction.elongation > STRAIGHT {
+            let runs_through = wall.distance_m <= THROUGH * f64::from(spacing_m);
+            (if runs_through { &mut through } else { &mut beside }).add(cos, 1.0);
         }
     }
     Alignment {
-        supports: all.count,
+        supports: weighted.count,
         weighted_cos: weighted.value(),
-        cos: all.value(),
-        straight: straight.count,
-        straight_cos: straight.value(),
+        through: through.part(),
+        beside: beside.part(),
         random_cos: 2.0 / PI,
     }
 }
 
 impl Alignment {
     pub(super) fn text(&self) -> String {
+        let Self { through, beside, .. } = self;
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
         crate::output::table(&[
             ("Gaussians near walls", format!("{}, with {MANY_HITS} hits and more within one spacing", self.supports)),
             ("mean |cos| to the wall", format!("{}, weighted by elongation", number(self.weighted_cos))),
-            ("", format!("{}, each counting once", number(self.cos))),
-            ("", format!("{}, the {} at straight walls", number(self.straight_cos), self.straight)),
+            ("", format!("{}, the {} at straight walls through them", number(through.cos), through.supports)),
+            ("", format!("{}, the {} at straight walls beside them", number(beside.cos), beside.supports)),
             ("", format!("{:.3}, were directions random", self.random_cos)),
         ])
     }
@@ -92,6 +99,13 @@ impl Direction {
         let elongation = if middle > 0.0 { radius / middle } else { 0.0 };
         Self { angle_rad: 0.5 * (2.0 * xy).atan2(xx - yy), elongation }
     }
+}
+
+/// What the hits near a place look like.
+struct Wall {
+    direction: Direction,
+    /// From the place to the line through the middle of the hits.
+    distance_m: f64,
 }
 
 /// Hits, sorted into square cells as wide as the radius in which they are looked for.
@@ -122,7 +136,7 @@ impl Hits {
     }
 
     /// Along what the hits around a place spread most, about their own mean; `None` if they are not many.
-    fn direction(&self, around: [f64; 2]) -> Option<Direction> {
+    fn wall(&self, around: [f64; 2]) -> Option<Wall> {
         let [x, y] = self.cell(around);
         let cells = offsets([3, 3]).filter_map(|[i, j]| self.cells.get(&[x + i as i64 - 1, y + j as i64 - 1]));
         let (mut count, mut sum, mut squares) = (0.0, [0.0; 2], [0.0; 3]);
@@ -134,9 +148,14 @@ impl Hits {
                 squares = [squares[0] + dx * dx, squares[1] + dx * dy, squares[2] + dy * dy];
             }
         }
+        if count < MANY_HITS {
+            return None;
+        }
         let [dx, dy] = sum.map(|sum| sum / count);
         let means = [dx * dx, dx * dy, dy * dy];
-        (count >= MANY_HITS).then(|| Direction::of([0, 1, 2].map(|entry| squares[entry] / count - means[entry])))
+        let direction = Direction::of([0, 1, 2].map(|entry| squares[entry] / count - means[entry]));
+        let (sin, cos) = direction.angle_rad.sin_cos();
+        Some(Wall { direction, distance_m: (dy * cos - dx * sin).abs() })
     }
 }
 
@@ -156,6 +175,10 @@ impl Mean {
 
     fn value(&self) -> Option<f64> {
         (self.weight > 0.0).then(|| self.sum / self.weight)
+    }
+
+    fn part(&self) -> Part {
+        Part { supports: self.count, cos: self.value() }
     }
 }
 
@@ -202,8 +225,8 @@ mod tests {
     fn the_angle_to_a_wall_is_found() {
         for (degrees, expected) in [(30.0, 1.0), (210.0, 1.0), (120.0, 0.0), (75.0, 0.5_f64.sqrt()), (-30.0, 0.5)] {
             let found = alignment(&wall(), 40.0, &turned(degrees));
-            assert_eq!((found.supports, found.straight), (1, 1), "{found:?}");
-            for cos in [found.cos, found.weighted_cos, found.straight_cos] {
+            assert_eq!((found.supports, found.through.supports, found.beside.supports), (1, 1, 0), "{found:?}");
+            for cos in [found.weighted_cos, found.through.cos] {
                 assert!((cos.unwrap() - expected).abs() < 1e-3, "{degrees}: {found:?}");
             }
         }
@@ -213,6 +236,6 @@ mod tests {
     fn few_hits_are_no_wall() {
         let few: Vec<ScanRecord> = wall().into_iter().step_by(5).collect();
         let found = alignment(&few, 40.0, &turned(30.0));
-        assert_eq!((found.supports, found.cos), (0, None));
+        assert_eq!((found.supports, found.weighted_cos), (0, None));
     }
 }

@@ -55,8 +55,8 @@ pub(crate) struct Shapes {
 /// Distance between supports at which a picture of a building shows them, metres.
 const SPACING_M: f32 = 1.0;
 
-/// Neither in the colours of the field nor in those of a wall.
-const COLOUR: Rgb888 = Rgb888::new(200, 30, 30);
+/// Seen on free, unknown and occupied alike.
+const COLOUR: Rgb888 = Rgb888::new(225, 30, 45);
 
 #[derive(Serialize)]
 struct Report {
