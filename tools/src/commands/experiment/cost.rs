@@ -13,8 +13,11 @@ use bhm_host::{ScanRecord, supports::observe};
 
 /// Instructions that were counted, with the tile that the kernel calls for.
 ///
-/// By `cargo bench -p bhm-tests --bench instructions -- LOG every=30 kernel=… beam-rule=… passes=…` on the Intel log: with 1
-/// and with 3 passes, which tells a row's features, computed once, from what each pass does with them.
+/// By callgrind within `integrate_avx2` of `bhm evaluate --profile compact`, built with the dev profile, on every 30th scan of
+/// the Intel log: with 1 and 3 passes, which tells a row's features, computed once, from what each pass does with them, and
+/// with two densities of points, which tells rows from tiles. Debug assertions count, so that these are some tenths more than
+/// a release build takes; only their ratios matter here. `cargo bench -p bhm-tests --bench instructions -- LOG every=30
+/// kernel=… beam-rule=… passes=…` finds them for a release build. Of two scales, `row_pass` and `segment` are extrapolated.
 struct Counted {
     kernel: KernelChoice,
     /// Tile shape they were counted with.
@@ -37,30 +40,30 @@ const COUNTED: [Counted; 3] = [
         supports: 144,
         band: 40,
         stencil: 4,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 413e3,
+        row_pass: 2.6e3,
+        point: 8.2e3,
+        segment: 18.6e3,
     },
     Counted {
         kernel: KernelChoice::SquaredExponential,
         supports: 196,
         band: 76,
         stencil: 6,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 2.74e6,
+        row_pass: 6.6e3,
+        point: 17.7e3,
+        segment: 31.5e3,
     },
     Counted {
         kernel: KernelChoice::TwoScales,
         supports: 256,
         band: 120,
         stencil: 8,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 3.26e6,
+        row_pass: 12.7e3,
+        point: 39.8e3,
+        segment: 70.8e3,
     },
 ];
 
