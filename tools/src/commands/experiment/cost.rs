@@ -67,20 +67,22 @@ const COUNTED: [Counted; 3] = [
     },
 ];
 
-/// Instructions of so many rows and passes over tiles, equal on every machine. With another stencil than the counted one
-/// the figures scale as the work does: `M·B²` of a tile, pairs of entries of a row, nodes of a row's features.
+/// Instructions of so many rows and passes over tiles, equal on every machine. Passes cost what the stencil decides, features
+/// what the kernel does, in proportion to the nodes of the stencil; with a tile of another shape passes scale by its `M·B²`.
 pub(super) fn instructions(settings: &Settings, rows: u64, tile_passes: u64) -> Result<f64, SettingsError> {
     let window = settings.model()?.tiling.window(&[0, 0]);
-    let counted = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(&COUNTED[0]);
+    let [kernel, ..] = &COUNTED;
+    let kernel = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(kernel);
+    let shape = COUNTED.iter().find(|counted| counted.stencil == settings.stencil).unwrap_or(kernel);
     let work = |supports: usize, band: usize| (supports * band * band) as f64;
-    let tile_pass = counted.tile_pass * work(window.supports(), window.band(settings.stencil))
-        / work(counted.supports, counted.band);
-    let nodes = (settings.stencil as f64 / counted.stencil as f64).powi(2);
+    let tile_pass =
+        shape.tile_pass * work(window.supports(), window.band(settings.stencil)) / work(shape.supports, shape.band);
     let features = match settings.beam {
-        BeamChoice::PointSamples => counted.point,
-        BeamChoice::LineSegments => counted.segment,
+        BeamChoice::PointSamples => kernel.point,
+        BeamChoice::LineSegments => kernel.segment,
     };
-    let row = features * nodes + f64::from(settings.passes) * counted.row_pass * nodes * nodes;
+    let nodes = (settings.stencil as f64 / kernel.stencil as f64).powi(2);
+    let row = features * nodes + f64::from(settings.passes) * shape.row_pass;
     Ok(tile_passes as f64 * tile_pass + rows as f64 * row)
 }
 
