@@ -13,8 +13,11 @@ use bhm_host::{ScanRecord, supports::observe};
 
 /// Instructions that were counted, with the tile that the kernel calls for.
 ///
-/// By `cargo bench -p bhm-tests --bench instructions -- LOG every=30 kernel=… beam-rule=… passes=…` on the Intel log: with 1
-/// and with 3 passes, which tells a row's features, computed once, from what each pass does with them.
+/// By callgrind within `integrate_avx2` of `bhm evaluate --profile compact`, built with the dev profile, on every 30th scan of
+/// the Intel log: with 1 and 3 passes, which tells a row's features, computed once, from what each pass does with them, and
+/// with two densities of points, which tells rows from tiles. Debug assertions count, so that these are some tenths more than
+/// a release build takes; only their ratios matter here. `cargo bench -p bhm-tests --bench instructions -- LOG every=30
+/// kernel=… beam-rule=… passes=…` finds them for a release build. Of two scales, `row_pass` and `segment` are extrapolated.
 struct Counted {
     kernel: KernelChoice,
     /// Tile shape they were counted with.
@@ -37,47 +40,49 @@ const COUNTED: [Counted; 3] = [
         supports: 144,
         band: 40,
         stencil: 4,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 413e3,
+        row_pass: 2.6e3,
+        point: 8.2e3,
+        segment: 18.6e3,
     },
     Counted {
         kernel: KernelChoice::SquaredExponential,
         supports: 196,
         band: 76,
         stencil: 6,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 2.74e6,
+        row_pass: 6.6e3,
+        point: 17.7e3,
+        segment: 31.5e3,
     },
     Counted {
         kernel: KernelChoice::TwoScales,
         supports: 256,
         band: 120,
         stencil: 8,
-        tile_pass: 355e3,
-        row_pass: 3.9e3,
-        point: 0.0,
-        segment: 0.0,
+        tile_pass: 3.26e6,
+        row_pass: 12.7e3,
+        point: 39.8e3,
+        segment: 70.8e3,
     },
 ];
 
-/// Instructions of so many rows and passes over tiles, equal on every machine. With another stencil than the counted one
-/// the figures scale as the work does: `M·B²` of a tile, pairs of entries of a row, nodes of a row's features.
+/// Instructions of so many rows and passes over tiles, equal on every machine. Passes cost what the stencil decides, features
+/// what the kernel does, in proportion to the nodes of the stencil; with a tile of another shape passes scale by its `M·B²`.
 pub(super) fn instructions(settings: &Settings, rows: u64, tile_passes: u64) -> Result<f64, SettingsError> {
     let window = settings.model()?.tiling.window(&[0, 0]);
-    let counted = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(&COUNTED[0]);
+    let [kernel, ..] = &COUNTED;
+    let kernel = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(kernel);
+    let shape = COUNTED.iter().find(|counted| counted.stencil == settings.stencil).unwrap_or(kernel);
     let work = |supports: usize, band: usize| (supports * band * band) as f64;
-    let tile_pass = counted.tile_pass * work(window.supports(), window.band(settings.stencil))
-        / work(counted.supports, counted.band);
-    let nodes = (settings.stencil as f64 / counted.stencil as f64).powi(2);
+    let tile_pass =
+        shape.tile_pass * work(window.supports(), window.band(settings.stencil)) / work(shape.supports, shape.band);
     let features = match settings.beam {
-        BeamChoice::PointSamples => counted.point,
-        BeamChoice::LineSegments => counted.segment,
+        BeamChoice::PointSamples => kernel.point,
+        BeamChoice::LineSegments => kernel.segment,
     };
-    let row = features * nodes + f64::from(settings.passes) * counted.row_pass * nodes * nodes;
+    let nodes = (settings.stencil as f64 / kernel.stencil as f64).powi(2);
+    let row = features * nodes + f64::from(settings.passes) * shape.row_pass;
     Ok(tile_passes as f64 * tile_pass + rows as f64 * row)
 }
 
