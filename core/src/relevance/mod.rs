@@ -9,7 +9,11 @@
 //! rₙₘ ∝ πₘ N(xₙ; mₘ, Sₘ),  Σₘ rₙₘ = weight of xₙ       E-step, over the nodes of the observation's stencil
 //! Sₘ = Σₙ rₙₘ dₙₘdₙₘᵀ / (Σₙ rₙₘ + ν)                   M-step, dₙₘ = xₙ − mₘ
 //! πₘ ∝ Σₙ rₙₘ + ν
+//! d̄ₘ = Σₙ rₙₘ dₙₘ / (Σₙ rₙₘ + ν),  support: Sₘ − d̄ₘd̄ₘᵀ    after the last pass
 //! ```
+//!
+//! What a support covers is the spread of its data about their own mean. About the node, `Sₘ` itself would hold the way
+//! from the node to a wall beside it, and such a support would point at the wall instead of lying along it.
 //!
 //! The paper's plain M-step (`ν = 0`) leaves a component to which little data falls as wide as the few far points are
 //! scattered: `πₘ → 0` while `Sₘ` stays. With `ν > 0` it shrinks to a point, as the paper's figure shows it. A covariance wider
@@ -33,12 +37,16 @@ use crate::{
 pub struct NodeStatistics {
     /// `Σ r`.
     weight: f32,
+    /// `Σ r d`, in spacings.
+    offset: [f32; 2],
     /// `Σ r ddᵀ` as xx, xy, yy, in spacings².
     scatter: [f32; 3],
     /// `πₘ` up to a factor, from the pass before.
     share: f32,
     /// `Sₘ` as xx, xy, yy, in spacings², from the pass before.
     covariance: [f32; 3],
+    /// The same about the data's own mean, `Sₘ − d̄ₘd̄ₘᵀ`: what the support covers.
+    spread: [f32; 3],
 }
 
 /// What decides the learning.
@@ -148,6 +156,8 @@ impl<'m> Relevance<'m> {
             let node = &mut self.nodes[index];
             let responsibility = weight * node.density(&d) / total;
             node.weight += responsibility;
+            node.offset[0] += responsibility * d.x;
+            node.offset[1] += responsibility * d.y;
             for (sum, product) in node.scatter.iter_mut().zip([d.x * d.x, d.x * d.y, d.y * d.y]) {
                 *sum += responsibility * product;
             }
@@ -159,9 +169,13 @@ impl<'m> Relevance<'m> {
         let RelevanceSettings { pseudo_count, max_deviation } = self.settings;
         for node in self.nodes.iter_mut() {
             let covariance = node.scatter.map(|sum| sum / (node.weight + pseudo_count));
+            let [x, y] = node.offset.map(|sum| sum / (node.weight + pseudo_count));
+            let [xx, xy, yy] = covariance;
+            let spread = [xx - x * x, xy - x * y, yy - y * y];
             *node = NodeStatistics {
                 share: node.weight + pseudo_count,
                 covariance: narrowed(covariance, max_deviation * max_deviation),
+                spread: narrowed(spread, max_deviation * max_deviation),
                 ..NodeStatistics::default()
             };
         }
@@ -171,7 +185,7 @@ impl<'m> Relevance<'m> {
     pub fn supports(&self) -> impl Iterator<Item = AnySupport<2>> {
         let square_m2 = self.lattice.spacing_m * self.lattice.spacing_m;
         self.nodes.iter().map(move |node| {
-            let [xx, xy, yy] = node.covariance.map(|entry| entry * square_m2);
+            let [xx, xy, yy] = node.spread.map(|entry| entry * square_m2);
             // Narrower than a hundredth of a spacing, nobody can tell it from a point.
             if xx.max(yy) <= 1e-4 * square_m2 {
                 return AnySupport::default();

@@ -41,8 +41,9 @@ fn naive(points: &[[f32; 2]], passes: usize, settings: RelevanceSettings) -> Vec
     let first = f64::from(FIRST_DEVIATION * FIRST_DEVIATION);
     let mut mixture = vec![(1.0, [first, 0.0, first]); nodes.len()];
     let nu = f64::from(settings.pseudo_count);
+    let mut spreads = Vec::new();
     for _ in 0..passes {
-        let mut sums = vec![(0.0, [0.0; 3]); nodes.len()];
+        let mut sums = vec![(0.0, [0.0; 2], [0.0; 3]); nodes.len()];
         for point in points {
             let x = point.map(|metres| f64::from(metres) / f64::from(SPACING_M));
             let parts: Vec<f64> = nodes
@@ -57,22 +58,30 @@ fn naive(points: &[[f32; 2]], passes: usize, settings: RelevanceSettings) -> Vec
                 })
                 .collect();
             let total: f64 = parts.iter().sum();
-            for ((node, part), (weight, scatter)) in nodes.iter().zip(parts).zip(&mut sums) {
+            for ((node, part), (weight, offset, scatter)) in nodes.iter().zip(parts).zip(&mut sums) {
                 let (dx, dy, r) = (x[0] - node[0], x[1] - node[1], part / total);
                 *weight += r;
+                offset[0] += r * dx;
+                offset[1] += r * dy;
                 scatter[0] += r * dx * dx;
                 scatter[1] += r * dx * dy;
                 scatter[2] += r * dy * dy;
             }
         }
-        for ((share, covariance), (weight, scatter)) in mixture.iter_mut().zip(sums) {
+        let cut = |raw: [f64; 3]| {
+            narrowed(raw.map(|entry| entry as f32), settings.max_deviation * settings.max_deviation).map(f64::from)
+        };
+        spreads.clear();
+        for ((share, covariance), (weight, offset, scatter)) in mixture.iter_mut().zip(sums) {
             *share = weight + nu;
-            let raw = scatter.map(|sum: f64| (sum / (weight + nu)) as f32);
-            *covariance = narrowed(raw, settings.max_deviation * settings.max_deviation).map(f64::from);
+            let raw: [f64; 3] = scatter.map(|sum: f64| sum / (weight + nu));
+            let [x, y]: [f64; 2] = offset.map(|sum: f64| sum / (weight + nu));
+            spreads.push(cut([raw[0] - x * x, raw[1] - x * y, raw[2] - y * y]));
+            *covariance = cut(raw);
         }
     }
     let square_m2 = f64::from(SPACING_M * SPACING_M);
-    mixture.into_iter().map(|(_, covariance)| covariance.map(|entry| entry * square_m2)).collect()
+    spreads.into_iter().map(|spread| spread.map(|entry| entry * square_m2)).collect()
 }
 
 /// A wall along the diagonal of the window's middle, and round clutter in a corner.

@@ -74,7 +74,7 @@ fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
     assert_eq!(number(&learned, "bytes") as usize, bench.read("list.sct").len());
 
     let common = "experiment placement room.log --profile compact --every 5 --shapes 1";
-    let given = bench.json(&format!("{common} --supports list.sct"));
+    let given = bench.json(&format!("{common} --list list.sct"));
     let names: Vec<_> = given.as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["lattice over the box", "lattice over data", "list, centres", "list, Gaussians"]);
     let looked_for = bench.json(&format!("{common} --counts 20,40 --hit-weights 1"));
@@ -86,7 +86,7 @@ fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
     for command in ["evaluate list.sct", "info list.sct", "build list.sct -o map.bhm"] {
         bench.bhm(command).fails(1, &["list.sct", wrong]);
     }
-    let no_list = bench.bhm(&format!("{common} --supports room.log"));
+    let no_list = bench.bhm(&format!("{common} --list room.log"));
     no_list.fails(1, &["room.log: expected a list of scattered supports, found text beginning with `FLASER"]);
     bench.bhm(&format!("{common} --counts 513")).fails(2, &["--counts: 513 supports, expected 1 to 512"]);
     bench.bhm("learn supports room.log --cluster 0 -o x").fails(1, &["0 clusters, expected 1 to 4096"]);

@@ -53,7 +53,7 @@ fn what_cannot_be_used_is_listed_and_does_not_win() {
     let bench = Bench::new();
     bench.write("room.log", room());
     let arguments = "tune room.log -o t.toml --profile compact --kernel squared-exponential --every 2 --search grid";
-    // 4 is cut off too early by a stencil of 6, and half of the spacing costs more than 1.2 times as much.
+    // 4 is cut off too early by a stencil of 8, and half of the spacing costs more than 1.2 times as much.
     let run = bench.bhm(&format!("{arguments} --try-kernel-shape 0.6,4 --try-spacing 0.5,0.25 --max-cost 1.2"));
     run.succeeds(&["10 scans; of 1800 beams with a return"]);
     let line = |values: &str| {
@@ -61,13 +61,13 @@ fn what_cannot_be_used_is_listed_and_does_not_win() {
             run.stdout.lines().find(|line| line.split_whitespace().collect::<Vec<_>>().join(" ").contains(values));
         found.unwrap_or_else(|| panic!("{values} is not in:\n{}", run.stdout)).trim_start()
     };
-    assert!(line("0.5 4 refused: the kernel is still 0.1").starts_with("0.5"));
+    assert!(line("0.5 4 refused: a feature is still 0.01").starts_with("0.5"));
     assert!(line("0.25 0.6 0.").ends_with("over --max-cost"));
     assert!(line("start, best 0.5 0.6 0.").starts_with("start, best"));
     assert!(run.stdout.contains("the start is the best"));
 
     let dear = bench.bhm(&format!("{arguments} --try-kernel-shape 4 --max-cost 0.5"));
-    dear.fails(1, &["no candidate can be used (--max-cost 0.5): NLL 0.", "refused: the kernel is still"]);
+    dear.fails(1, &["no candidate can be used (--max-cost 0.5): NLL 0.", "refused: a feature is still"]);
     let nowhere = bench.bhm("tune room.log -o no/such/t.toml");
     nowhere.fails(1, &["cannot write no/such/t.toml: No such file"]);
 }

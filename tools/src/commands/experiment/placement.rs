@@ -49,7 +49,7 @@ pub(crate) struct Placement {
     hit_weights: Vec<f32>,
     /// A list of scattered supports to place, as `bhm learn supports --cluster` writes it, instead of looking for clusters
     #[arg(long, value_name = "FILE", conflicts_with_all = ["counts", "hit_weights"])]
-    supports: Option<PathBuf>,
+    list: Option<PathBuf>,
     #[command(flatten)]
     map: MapOptions,
 }
@@ -76,7 +76,7 @@ impl Placement {
         if let Some(count) = self.counts.iter().find(|count| !(1..=MAX_SCATTERED).contains(*count)) {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
-        let given = self.supports.as_deref().map(load_scattered).transpose()?;
+        let given = self.list.as_deref().map(load_scattered).transpose()?;
         let exam = Exam::of_log(log, &options, self.every as usize, 0.1, self.seed)?;
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..options.profile.settings };
         let data = Data::of(&exam, &base)?;
