@@ -9,7 +9,7 @@
 //! rₙₘ ∝ πₘ N(xₙ; mₘ, Sₘ),  Σₘ rₙₘ = weight of xₙ       E-step, over the nodes of the observation's stencil
 //! Sₘ = Σₙ rₙₘ dₙₘdₙₘᵀ / (Σₙ rₙₘ + ν)                   M-step, dₙₘ = xₙ − mₘ
 //! πₘ ∝ Σₙ rₙₘ + ν
-//! d̄ₘ = Σₙ rₙₘ dₙₘ / (Σₙ rₙₘ + ν),  support: Sₘ − d̄ₘd̄ₘᵀ    after the last pass
+//! support: Σₙ rₙₘ (dₙₘ − d̄ₘ)(dₙₘ − d̄ₘ)ᵀ / (Σₙ rₙₘ + ν),  d̄ₘ = Σₙ rₙₘ dₙₘ / Σₙ rₙₘ      after the last pass
 //! ```
 //!
 //! What a support covers is the spread of its data about their own mean. About the node, `Sₘ` itself would hold the way
@@ -45,7 +45,7 @@ pub struct NodeStatistics {
     share: f32,
     /// `Sₘ` as xx, xy, yy, in spacings², from the pass before.
     covariance: [f32; 3],
-    /// The same about the data's own mean, `Sₘ − d̄ₘd̄ₘᵀ`: what the support covers.
+    /// The same about the data's own mean: what the support covers.
     spread: [f32; 3],
 }
 
@@ -169,9 +169,14 @@ impl<'m> Relevance<'m> {
         let RelevanceSettings { pseudo_count, max_deviation } = self.settings;
         for node in self.nodes.iter_mut() {
             let covariance = node.scatter.map(|sum| sum / (node.weight + pseudo_count));
-            let [x, y] = node.offset.map(|sum| sum / (node.weight + pseudo_count));
-            let [xx, xy, yy] = covariance;
-            let spread = [xx - x * x, xy - x * y, yy - y * y];
+            let [x, y] = node.offset;
+            // Written so that a node without data has no spread.
+            let about_mean =
+                [x * x, x * y, y * y].map(|square| if node.weight > 0.0 { square / node.weight } else { 0.0 });
+            let mut spread = [0.0; 3];
+            for ((spread, sum), square) in spread.iter_mut().zip(node.scatter).zip(about_mean) {
+                *spread = (sum - square) / (node.weight + pseudo_count);
+            }
             *node = NodeStatistics {
                 share: node.weight + pseudo_count,
                 covariance: narrowed(covariance, max_deviation * max_deviation),

@@ -75,8 +75,10 @@ fn naive(points: &[[f32; 2]], passes: usize, settings: RelevanceSettings) -> Vec
         for ((share, covariance), (weight, offset, scatter)) in mixture.iter_mut().zip(sums) {
             *share = weight + nu;
             let raw: [f64; 3] = scatter.map(|sum: f64| sum / (weight + nu));
-            let [x, y]: [f64; 2] = offset.map(|sum: f64| sum / (weight + nu));
-            spreads.push(cut([raw[0] - x * x, raw[1] - x * y, raw[2] - y * y]));
+            let [x, y]: [f64; 2] = offset;
+            let about_mean: [f64; 3] = [x * x, x * y, y * y].map(|square| square / weight.max(1e-300));
+            let centred: [f64; 3] = [0, 1, 2].map(|i| (scatter[i] - about_mean[i]) / (weight + nu));
+            spreads.push(cut(centred));
             *covariance = cut(raw);
         }
     }
