@@ -16,6 +16,8 @@ use crate::{geometry::Point, lattice::offsets};
 /// along each piece of a segment (in up to three dimensions), two along each piece of a box's side. Blurred, it never ends
 /// and has no closed form worth its price: seven Gauss–Hermite nodes along each column of the covariance's root, absolute
 /// error in the plane below 7e-4 for standard deviations up to 0.3 spacings and below 6e-3 up to 0.75, largest at the peak.
+/// A blur wider than 0.85 spacings along an axis (error up to 4e-2, along a diagonal) counts as wholly cut off, so that no
+/// settings take it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubicBSpline<const D: usize> {
     per_spacing: f32,
@@ -71,6 +73,9 @@ fn beta_slope(t: f32) -> f32 {
 
 /// Widest stencil whose splines are evaluated axis by axis.
 const WIDEST: usize = 8;
+
+/// Widest blur, in spacings along an axis, whose quadrature can be trusted; a wider one counts as wholly cut off.
+const WIDEST_BLUR: f32 = 0.85;
 
 /// Where β is not one polynomial, in spacings.
 const KNOTS: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
@@ -208,6 +213,10 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
         // Along the other axes the spline is at most 1, blurred or not.
         let plane = |axis: usize| {
             let deviation = self.blur.map_or(0.0, |blur| libm::sqrtf(blur.covariance[(axis, axis)]));
+            // Wider, the nodes step over the spline, and this would not see what is cut off.
+            if deviation * self.per_spacing > WIDEST_BLUR {
+                return 1.0;
+            }
             mean(HERMITE_7, |z| beta((reach_m + deviation * z) * self.per_spacing))
         };
         (0..D).map(plane).fold(0.0, |a: f32, b| if b > a || b.is_nan() { b } else { a })
@@ -290,6 +299,14 @@ mod tests {
         crate::kernel::test_support::gradient_agrees_with_differences(&spline);
         let blur = SMatrix::from([[0.02, 0.01], [0.01, 0.03]]);
         crate::kernel::test_support::gradient_agrees_with_differences(&spline.blurred(&blur));
+    }
+
+    #[test]
+    fn a_blur_that_the_quadrature_steps_over_is_not_taken_for_narrow() {
+        for deviation in [0.9_f32, 2.0, 5.0, 100.0] {
+            let blur = SMatrix::from_diagonal_element(deviation * deviation * 0.25);
+            assert_eq!(CubicBSpline::<2>::new(0.5).blurred(&blur).cut_off(2.0), 1.0, "{deviation} spacings");
+        }
     }
 
     #[test]
