@@ -1,6 +1,6 @@
 //! The onboard program: receives scans, learns them, publishes the posterior, keeps evicted tiles and brings them back.
 //!
-//! The loop is [`Onboard`]. It is portable: no `std`, no heap, no clock, and everything it touches stands behind two
+//! The loop is [`Onboard`]. It is portable: no `std`, no heap, no clock of its own, and everything it touches stands behind two
 //! traits. [`Link`] is the world (shared memory here, a serial line on a microcontroller), [`OnboardMap`] is the map.
 //! Whatever happens is counted by name in [`Counters`].
 //!
@@ -22,6 +22,6 @@ mod tests;
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
 pub use ipc::{FinishFailed, OnboardError, OnboardOptions, Summary, run_onboard};
-pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
+pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable, UpdateTime};
 pub use map::{LentMap, OnboardMap};
 pub use onboard::{End, Onboard, Options, Step, Until};

@@ -18,7 +18,7 @@ use bhm_host::{
     supports::LearnedSupports,
 };
 
-use crate::{Counters, End, Onboard, Options};
+use crate::{Counters, End, Onboard, Options, UpdateTime};
 use link::SharedMemoryLink;
 use recorded_map::RecordedMap;
 
@@ -48,6 +48,8 @@ pub struct Summary {
     pub end: End,
     /// Everything that happened.
     pub counters: Counters,
+    /// How long updates took; `None` if there was none.
+    pub update: Option<UpdateTime>,
     /// What told this run from every other.
     pub mapper: u64,
     /// Where the sensor stood at the scans that were learned, thinned evenly if there were many.
@@ -118,11 +120,11 @@ fn run<const M: usize, const B: usize>(
     let map = OwnedMapper::<M, B>::with_supports(profile, supports)?;
     let mut onboard = Onboard::new(RecordedMap::new(map, path_poses), link, run);
     let end = onboard.run();
-    let counters = *onboard.counters();
+    let (counters, update) = (*onboard.counters(), onboard.update_time());
     let last_fault = onboard.last_fault().cloned();
     let (map, link) = onboard.into_parts();
     let (map, path) = map.into_parts();
-    let summary = Summary { end, counters, mapper, path, last_fault };
+    let summary = Summary { end, counters, update, mapper, path, last_fault };
     finish(&map, &summary).map_err(OnboardError::Finish)?;
     drop(link);
     Ok(summary)

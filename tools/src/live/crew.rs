@@ -11,6 +11,7 @@ use serde::Serialize;
 use tracing::warn;
 
 use super::{
+    Deadline,
     child::Child,
     said::{Beginning, Onboarded, Sent, SourceSays, WatchSays, Watched},
 };
@@ -67,14 +68,15 @@ impl Crew {
     ///
     /// # Errors
     /// If the operating system refuses.
-    pub(super) fn start(config: &Path, map: &Path) -> anyhow::Result<Self> {
+    pub(super) fn start(config: &Path, map: &Path, deadline: Deadline) -> anyhow::Result<Self> {
         let domain = TemporaryDomain::new()?;
         let name = domain.name();
         let [config, map] = [("--config", config), ("--save", map)].map(|(option, path)| {
             let path = path.to_str().with_context(|| format!("{} is not Unicode", path.display()))?;
             anyhow::Ok(format!("{option}={path}"))
         });
-        let arguments = ["--until-end".to_owned(), "--consumers=1".to_owned(), config?, map?];
+        let mut arguments = vec!["--until-end".to_owned(), "--consumers=1".to_owned(), config?, map?];
+        arguments.extend(deadline.arguments());
         let onboard = Child::start("onboard", name, &arguments)?;
         let watch = Child::start("watch", name, &arguments[..1])?;
         Ok(Self { onboard, watch, source: None, first_ended: None, domain, log: CrewLog::default() })

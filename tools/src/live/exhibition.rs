@@ -12,7 +12,7 @@ use bhm_host::{
 use bhm_tools::metrics::Scores;
 use clap::Args;
 
-use super::{crew::Crew, report::Report};
+use super::{Deadline, crew::Crew, report::Report};
 use crate::{
     drawing::{self, Drawing, What},
     options::{Effective, MapOptions, MapValues},
@@ -25,6 +25,8 @@ pub(crate) struct Exhibits {
     /// Folder for the pictures, the map and the report
     #[arg(short, long, value_name = "DIR", default_value = "bhm-out")]
     output: PathBuf,
+    #[command(flatten)]
+    deadline: Deadline,
     #[command(flatten)]
     map: MapOptions,
 }
@@ -69,7 +71,7 @@ impl Exhibition<'_> {
         write(&config, toml::to_string(&options)?)?;
 
         let map_file = folder.join("map.bhm");
-        let outcome = Crew::start(&config, &map_file)?.run(self.source, &self.arguments, &stop)?;
+        let outcome = Crew::start(&config, &map_file, exhibits.deadline)?.run(self.source, &self.arguments, &stop)?;
         ensure!(outcome.sent.complete && outcome.onboarded.source_ended, "stopped before the last scan");
 
         let Snapshot { map, extras } = snapshot::load(&map_file)?;

@@ -5,6 +5,7 @@
 
 mod child;
 mod crew;
+mod deadline;
 mod exhibition;
 mod meeting;
 mod report;
@@ -12,6 +13,7 @@ pub(crate) mod said;
 mod sending;
 
 pub(crate) use self::{
+    deadline::Deadline,
     exhibition::{Exhibition, Exhibits},
     meeting::Meeting,
     sending::{Part, Sending},
