@@ -16,6 +16,7 @@ mod ipc;
 mod link;
 mod map;
 mod onboard;
+pub mod serial;
 #[cfg(test)]
 mod tests;
 

@@ -29,6 +29,11 @@ pub trait Link<const M: usize, const B: usize> {
     /// # Errors
     /// If the link failed; the loop counts it and goes on.
     fn report(&mut self, report: &Report<'_>) -> Result<(), Self::Fault>;
+
+    /// Whether the world has not been shown yet what was published: the loop then publishes again instead of waiting.
+    fn behind(&self) -> bool {
+        false
+    }
 }
 
 /// Whether to wait.
