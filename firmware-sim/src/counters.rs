@@ -1,14 +1,18 @@
 use bhm_core::mapper::{IntegrateReport, ScanRejected};
 
+/// A struct of counts, each with its name.
 macro_rules! counters {
-    ($($(#[$doc:meta])* $name:ident,)*) => {
-        /// Everything that happened, by name. What is not counted here did not happen.
+    ($(#[$of:meta])* $counters:ident: $($(#[$doc:meta])* $name:ident,)*) => {
+        $(#[$of])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-        pub struct Counters {
+        pub struct $counters {
             $($(#[$doc])* pub $name: u64,)*
         }
 
-        impl Counters {
+        impl $counters {
+            /// Nothing happened yet; for a `static`.
+            pub const NONE: Self = Self { $($name: 0),* };
+
             /// Every counter and its name, in a fixed order.
             pub fn iter(&self) -> impl ExactSizeIterator<Item = (&'static str, u64)> + use<> {
                 [$((stringify!($name), self.$name)),*].into_iter()
@@ -16,8 +20,11 @@ macro_rules! counters {
         }
     };
 }
+pub(crate) use counters;
 
 counters! {
+    /// Everything that happened, by name. What is not counted here did not happen.
+    Counters:
     /// Scans that came and could be read.
     received,
     /// Scans learned.

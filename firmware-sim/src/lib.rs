@@ -10,15 +10,18 @@
 #[cfg(any(test, feature = "ipc"))]
 extern crate std;
 
+mod archive;
 mod counters;
 #[cfg(feature = "ipc")]
 mod ipc;
 mod link;
 mod map;
 mod onboard;
+pub mod serial;
 #[cfg(test)]
 mod tests;
 
+pub use archive::LentArchive;
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
 pub use ipc::{FinishFailed, OnboardError, OnboardOptions, Summary, run_onboard};

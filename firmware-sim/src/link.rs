@@ -36,6 +36,11 @@ pub trait Link<const M: usize, const B: usize> {
     fn now_ns(&mut self) -> Option<u64> {
         None
     }
+
+    /// Whether the world has not been shown yet what was published: the loop then publishes again instead of waiting.
+    fn behind(&self) -> bool {
+        false
+    }
 }
 
 /// Whether to wait.

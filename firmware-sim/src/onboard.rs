@@ -148,7 +148,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
     /// One turn.
     pub fn step(&mut self) -> Step {
         // What is unpublished is published before anything is waited for.
-        let patience = if self.unpublished > 0 { Patience::None } else { Patience::Some };
+        let patience = if self.is_unpublished() { Patience::None } else { Patience::Some };
         match self.link.receive(patience) {
             Ok(Incoming::Scan(incoming)) => {
                 let IncomingScan { last, received_ns, .. } = incoming;
@@ -168,6 +168,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
             Ok(Incoming::Unusable(Unusable::ForAnother)) => self.learner.counters.for_another += 1,
             Ok(Incoming::Nothing) => self.publish_the_rest(),
             Ok(Incoming::Stop) => {
+                // Once, whether or not it succeeds: a world that is gone never catches up.
                 self.publish_the_rest();
                 return Step::End(End::Stopped);
             }
@@ -189,8 +190,12 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
         self.learner.counters.deadlines_missed += u64::from(missed);
     }
 
+    fn is_unpublished(&self) -> bool {
+        self.unpublished > 0 || self.link.behind()
+    }
+
     fn publish_the_rest(&mut self) {
-        if self.unpublished > 0 {
+        if self.is_unpublished() {
             self.publish();
             self.report();
         }

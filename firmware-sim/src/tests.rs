@@ -100,7 +100,7 @@ fn scan(sequence: u64) -> Scan<'static> {
 }
 
 /// A small map in lent memory, without an archive: what a microcontroller has.
-mod lent {
+pub(crate) mod lent {
     use bhm_core::{
         beam::LabelledPlace,
         mapper::{Mapper, Memory},
@@ -114,9 +114,9 @@ mod lent {
 
     use crate::LentMap;
 
-    pub(super) type Map = LentMap<'static, NoArchive, 144, 40>;
+    pub(crate) type Map = LentMap<'static, NoArchive, 144, 40>;
 
-    pub(super) fn map(slots: usize) -> Map {
+    pub(crate) fn map(slots: usize) -> Map {
         // SAFETY: a tile and the scratch are plain numbers, of which zero is a value.
         let (tiles, scratch) = unsafe {
             (

@@ -20,7 +20,7 @@ use bhm_host::{
 
 use crate::{Counters, End, Onboard, Options, UpdateTime};
 use link::SharedMemoryLink;
-use recorded_map::RecordedMap;
+pub(crate) use recorded_map::RecordedMap;
 
 /// What the onboard process is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,13 +11,13 @@ use super::path::Path;
 use crate::OnboardMap;
 
 /// A map on a computer, and the path along which it was made.
-pub(super) struct RecordedMap<const M: usize, const B: usize> {
+pub(crate) struct RecordedMap<const M: usize, const B: usize> {
     map: OwnedMapper<M, B>,
     path: Path,
 }
 
 impl<const M: usize, const B: usize> RecordedMap<M, B> {
-    pub(super) fn new(map: OwnedMapper<M, B>, path_poses: usize) -> Self {
+    pub(crate) fn new(map: OwnedMapper<M, B>, path_poses: usize) -> Self {
         Self { map, path: Path::new(path_poses) }
     }
 
