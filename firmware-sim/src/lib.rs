@@ -11,6 +11,7 @@
 extern crate std;
 
 mod archive;
+pub mod budget;
 mod counters;
 #[cfg(feature = "ipc")]
 mod ipc;

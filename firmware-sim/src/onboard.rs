@@ -8,6 +8,10 @@ pub struct Options {
     /// Most scans between two publications. Publishing copies every resident tile, so that a backlog is worked off faster
     /// the larger this is; as soon as no scan waits, the posterior is published anyway.
     pub publish_every: u32,
+    /// How long a posterior that is not published yet waits for another scan to share the publication with, nanoseconds; 0
+    /// to publish as soon as no scan waits. For lines on which a publication takes longer than a scan; needs a link with a
+    /// clock.
+    pub linger_ns: u64,
     /// When the loop ends by itself.
     pub until: Until,
     /// How long a scan may take from being received to being integrated, or refused, nanoseconds; `None` for as long as it
@@ -30,7 +34,7 @@ pub enum Until {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { publish_every: 1, until: Until::Stopped, deadline_ns: None }
+        Self { publish_every: 1, linger_ns: 0, until: Until::Stopped, deadline_ns: None }
     }
 }
 
@@ -65,6 +69,8 @@ where
     options: Options,
     update: Option<UpdateTime>,
     unpublished: u32,
+    /// When the newest scan was dealt with, by the link's clock.
+    learned_ns: Option<u64>,
     last_fault: Option<L::Fault>,
 }
 
@@ -90,7 +96,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
             ended: false,
             map_from_sensor: Pose::default(),
         };
-        Self { link, learner, options, update: None, unpublished: 0, last_fault: None }
+        Self { link, learner, options, update: None, unpublished: 0, learned_ns: None, last_fault: None }
     }
 
     /// The map.
@@ -156,6 +162,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
                     self.time(received_ns);
                 }
                 self.unpublished += 1;
+                self.learned_ns = self.link.now_ns();
                 if last || self.unpublished >= self.options.publish_every {
                     self.publish();
                 }
@@ -166,7 +173,11 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
             }
             Ok(Incoming::Unusable(Unusable::Unreadable)) => self.learner.counters.unreadable += 1,
             Ok(Incoming::Unusable(Unusable::ForAnother)) => self.learner.counters.for_another += 1,
-            Ok(Incoming::Nothing) => self.publish_the_rest(),
+            Ok(Incoming::Nothing) => {
+                if !self.lingers() {
+                    self.publish_the_rest();
+                }
+            }
             Ok(Incoming::Stop) => {
                 // Once, whether or not it succeeds: a world that is gone never catches up.
                 self.publish_the_rest();
@@ -192,6 +203,15 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
 
     fn is_unpublished(&self) -> bool {
         self.unpublished > 0 || self.link.behind()
+    }
+
+    /// Whether another scan may still share the next publication.
+    fn lingers(&mut self) -> bool {
+        if self.options.linger_ns == 0 || self.link.behind() {
+            return false;
+        }
+        let (Some(learned_ns), Some(now_ns)) = (self.learned_ns, self.link.now_ns()) else { return false };
+        self.unpublished > 0 && now_ns.saturating_sub(learned_ns) < self.options.linger_ns
     }
 
     fn publish_the_rest(&mut self) {

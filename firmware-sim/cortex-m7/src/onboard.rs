@@ -12,8 +12,11 @@ use bhm_firmware_sim::{LentArchive, LentMap, Onboard, Options, Step, Until, seri
 /// Ten scans a second: what is slower is counted as missed.
 const DEADLINE_NS: u64 = 100_000_000;
 
-/// Most scans between two publications, so that a fast source is not held up by the line.
-const PUBLISH_EVERY: u32 = 10;
+/// Most scans between two publications: the tiles that one scan changes are more than any serial port moves in its time.
+const PUBLISH_EVERY: u32 = 20;
+
+/// How long the source may be silent before what it taught is published all the same.
+const LINGER_NS: u64 = 1_000_000_000;
 
 /// Scans between two lines of the log.
 const LOG_EVERY: u64 = 50;
@@ -40,7 +43,12 @@ pub fn run(profile: &'static Profile) -> ! {
     };
     let map = LentMap::new(mapper, LentArchive::new(archive));
     let link = SerialLink::new(port, profile, buffers, sent, None);
-    let options = Options { publish_every: PUBLISH_EVERY, until: Until::Stopped, deadline_ns: Some(DEADLINE_NS) };
+    let options = Options {
+        publish_every: PUBLISH_EVERY,
+        linger_ns: LINGER_NS,
+        until: Until::Stopped,
+        deadline_ns: Some(DEADLINE_NS),
+    };
     let mut onboard = Onboard::new(map, link, options);
     onboard.start();
     let mut logged = 0;

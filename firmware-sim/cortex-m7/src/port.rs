@@ -10,6 +10,9 @@ use crate::{
     stack,
 };
 
+/// How often a pause looks whether a byte came: some ten thousand instructions.
+const PAUSE_LOOKS: u32 = 2_000;
+
 /// The interrupt's end of the queue, once there is one.
 static ARRIVING: Mutex<RefCell<Option<Arriving<'static>>>> = Mutex::new(RefCell::new(None));
 
@@ -49,6 +52,15 @@ impl Port for BoardPort {
                 cortex_m::asm::wfi();
             }
         });
+    }
+
+    fn pause(&mut self) {
+        for _ in 0..PAUSE_LOOKS {
+            if !self.arrived.is_empty() {
+                return;
+            }
+            cortex_m::asm::nop();
+        }
     }
 
     fn now_ns(&mut self) -> Option<u64> {

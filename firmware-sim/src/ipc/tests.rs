@@ -32,7 +32,7 @@ const TIGHT: Profile =
     Profile { capacities: Capacities { tiles: 12, points: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
 
 const UNTIL_END: OnboardOptions = OnboardOptions {
-    run: Options { publish_every: 10, until: Until::SourceEnds, deadline_ns: None },
+    run: Options { publish_every: 10, linger_ns: 0, until: Until::SourceEnds, deadline_ns: None },
     consumers: 2,
     path_poses: 64,
     supports: None,

@@ -36,6 +36,9 @@ pub trait Port {
     /// Rests until something happens, a byte that came before the call included, or a short while has passed.
     fn idle(&mut self);
 
+    /// Lets a moment pass, tens of microseconds, or less if a byte comes: between two looks of a loop that waits for nothing.
+    fn pause(&mut self) {}
+
     /// What a clock that never goes back shows, nanoseconds; `None` without one. See [`Link::now_ns`].
     fn now_ns(&mut self) -> Option<u64> {
         None
@@ -268,8 +271,11 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
 
     fn receive(&mut self, patience: Patience) -> Result<Incoming<'_>, Self::Fault> {
         let mut got = self.listen::<M, B>()?;
-        if got.is_none() && patience == Patience::Some {
-            self.port.idle();
+        if got.is_none() {
+            match patience {
+                Patience::Some => self.port.idle(),
+                Patience::None => self.port.pause(),
+            }
             got = self.listen::<M, B>()?;
         }
         Ok(match got {
