@@ -22,7 +22,10 @@ mod tests;
 
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
-pub use ipc::{FinishFailed, OnboardError, OnboardOptions, Summary, run_onboard};
+pub use ipc::{
+    BridgeCounters, BridgeError, BridgeOptions, BridgePort, BridgeSummary, FinishFailed, OnboardError, OnboardOptions,
+    Summary, run_bridge, run_onboard,
+};
 pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
 pub use map::{LentMap, OnboardMap};
 pub use onboard::{End, Onboard, Options, Step, Until};
