@@ -6,13 +6,16 @@
 mod child;
 mod crew;
 mod exhibition;
+mod firmware;
 mod meeting;
+mod port;
 mod report;
 pub(crate) mod said;
 mod sending;
 
 pub(crate) use self::{
-    exhibition::{Exhibition, Exhibits},
+    exhibition::{Exhibition, Exhibits, Finished},
     meeting::Meeting,
+    port::{Address, Port},
     sending::{Part, Sending},
 };
