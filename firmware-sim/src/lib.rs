@@ -25,7 +25,10 @@ mod tests;
 pub use archive::LentArchive;
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
-pub use ipc::{FinishFailed, OnboardError, OnboardOptions, Summary, run_onboard};
+pub use ipc::{
+    BridgeCounters, BridgeError, BridgeOptions, BridgePort, BridgeSummary, FinishFailed, OnboardError, OnboardOptions,
+    Summary, run_bridge, run_onboard,
+};
 pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable, UpdateTime};
 pub use map::{LentMap, OnboardMap};
 pub use onboard::{End, Onboard, Options, Step, Until};

@@ -5,12 +5,12 @@ use bhm_core::{
     profile,
     settings::{Model, Settings, SettingsError},
     support::SupportChoice,
-    tile::{Tile, TileIndex},
+    tile::TileIndex,
 };
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{
-    PosteriorNews, PosteriorRejected, SupportsRejected,
+    PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected,
     wire::{Name, PlainNumbers, name_of, text_of},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -286,15 +286,16 @@ impl PosteriorHeader {
 
 impl<const M: usize, const B: usize> PosteriorTile<M, B> {
     /// Writes a tile over whatever was here, array by array.
-    pub fn write(&mut self, tile: &Tile<M, B>) {
+    pub fn write(&mut self, tile: &SourceTile<'_, M, B>) {
+        let PosteriorView { mean, covariance, border_covariance, bias_covariance, bias_mean } = tile.view;
         self.touched_at = tile.touched_at;
         self.updates = tile.updates;
         self.index = tile.index;
-        self.bias_covariance = tile.posterior.bias_covariance;
-        self.bias_mean = tile.posterior.bias_mean;
-        self.mean.copy_from_slice(&tile.posterior.mean);
-        self.border_covariance.copy_from_slice(&tile.posterior.border_covariance);
-        self.covariance.copy_from_slice(&tile.posterior.covariance);
+        self.bias_covariance = bias_covariance;
+        self.bias_mean = bias_mean;
+        self.mean.copy_from_slice(mean);
+        self.border_covariance.copy_from_slice(border_covariance);
+        self.covariance.copy_from_slice(covariance);
     }
 
     /// The part that queries read.

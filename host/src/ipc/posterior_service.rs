@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use bhm_core::{geometry::Pose, mapper::Mapper};
+use bhm_core::geometry::Pose;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -10,7 +10,10 @@ use super::service::{
     Ipc, MAX_NODES, Sleeper, Waker, open_error, open_or_create_error, persistently, publisher_error, service_name,
     subscriber_error,
 };
-use super::{IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorTile, Received};
+use super::{
+    IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSource, PosteriorTile,
+    Received,
+};
 use super::{
     posterior_message::KnownModel, posterior_sample::Refused, shared_memory, supports_reader::SupportsReader,
     supports_service::SupportsPublisher, wire,
@@ -117,24 +120,29 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
         Ok(Self { publisher, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
     }
 
-    /// Publishes the mapper's resident tiles as they are now, and answers the publication's number.
+    /// From here on another run of the mapper publishes, counting anew.
+    pub fn begin(&mut self, mapper: u64) {
+        (self.mapper, self.sequence) = (mapper, 0);
+    }
+
+    /// Publishes the posterior's tiles as they are now, and answers the publication's number.
     ///
     /// # Errors
-    /// If iceoryx2 failed, or the mapper has more tiles than `slots`.
-    pub fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
-        let tiles = mapper.tiles().iter();
+    /// If iceoryx2 failed, or the posterior has more tiles than `slots`.
+    pub fn publish(&mut self, posterior: &impl PosteriorSource<M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
+        let tiles = posterior.tiles();
         let resident = tiles.len();
         let loan = self.publisher.loan_slice_uninit(resident);
         let mut loan = loan.map_err(|cause| IpcError::failed(SERVICE, "no memory to write a posterior in", cause))?;
         for (slot, tile) in loan.payload_mut().iter_mut().zip(tiles) {
-            wire::in_place(slot).write(tile);
+            wire::in_place(slot).write(&tile);
         }
         let header = loan.user_header_mut();
-        header.write(mapper.settings(), self.supports.as_ref().map(|(_, supports)| *supports), (M, B), news);
+        header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| *supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;
-        header.stamp_ns = mapper.newest_stamp_ns();
-        header.scans = mapper.scans();
+        header.stamp_ns = posterior.newest_stamp_ns();
+        header.scans = posterior.scans();
         header.resident = resident as u64;
         // SAFETY: as many tiles were written as were loaned, every field of each.
         let sample = unsafe { loan.assume_init() };

@@ -2,8 +2,8 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::wire::{Name, PlainNumbers, name_of, text_of};
 
-/// Most counters that a status carries.
-pub const MAX_COUNTERS: usize = 64;
+/// Most counters that a status carries: those of a mapper, and of both ends of the line where it sits behind one.
+pub const MAX_COUNTERS: usize = 128;
 
 /// A counter and what it counts.
 #[repr(C)]
@@ -20,7 +20,7 @@ pub struct NamedCounter {
 /// version can print them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
-#[type_name("bhm.status.v1")]
+#[type_name("bhm.status.v2")]
 pub struct StatusMessage {
     /// [`StatusMessage::MAGIC`].
     pub magic: u64,
@@ -96,7 +96,7 @@ impl StatusMessage {
     /// What a status begins with.
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM stat");
     /// The layout described here.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
 

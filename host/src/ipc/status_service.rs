@@ -63,6 +63,11 @@ impl StatusPublisher {
         Ok(Self { publisher, waker: Waker::new(participant, SERVICE)?, mapper })
     }
 
+    /// From here on another run of the mapper speaks.
+    pub fn begin(&mut self, mapper: u64) {
+        self.mapper = mapper;
+    }
+
     /// Says how far the mapper has come. Never waits.
     ///
     /// # Errors

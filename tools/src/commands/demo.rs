@@ -1,8 +1,5 @@
 use bhm_core::geometry::Point;
-use bhm_host::{
-    map::AnyMap,
-    sim::{PoseNoise, World},
-};
+use bhm_host::sim::{PoseNoise, World};
 use bhm_tools::metrics::Scores;
 use clap::Args;
 use rand::{Rng, SeedableRng};
@@ -11,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::simulate::Simulated;
 use crate::{
     known::Knowledge,
-    live::{Exhibition, Exhibits, Part},
+    live::{Exhibition, Exhibits, Finished, Part},
     output::Output,
 };
 
@@ -47,16 +44,15 @@ impl Demo {
 }
 
 /// Scores the map against what really stands there (what moves is not part of it) at points that it knows; `None` if it knows none.
-fn score(map: &dyn AnyMap, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
-    let model = map.model();
-    let knowledge = Knowledge::of(&model);
+fn score(map: &Finished<'_>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
+    let knowledge = Knowledge::of(&map.model);
     let bounds = world.bounds();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut logits, mut occupied) = (Vec::new(), Vec::new());
     for _ in 0..TEST_POINTS {
         let at = [0, 1].map(|axis| rng.random_range(bounds.min[axis]..bounds.max[axis]) as f32);
         let point_m = Point::<2>::from(at);
-        let occupancy = map.occupancy(&point_m);
+        let occupancy = (map.occupancy)(&point_m);
         if knowledge.is_known(&point_m, &occupancy) {
             logits.push(occupancy.logit());
             occupied.push(world.is_occupied(at));

@@ -1,5 +1,6 @@
 //! One file per subcommand: its options, and `run`. A new one is its file, its `mod` line, and its line in the list.
 
+mod bridge;
 mod build;
 mod completions;
 mod demo;
@@ -39,6 +40,7 @@ commands! {
     Demo in demo,
     Replay in replay,
     Onboard in onboard,
+    Bridge in bridge,
     Simulate in simulate,
     Play in play,
     Watch in watch,

@@ -51,7 +51,7 @@ impl Onboard {
         let (domain, stop) = self.meeting.enter()?;
         let until = if self.until_end { Until::SourceEnds } else { Until::Stopped };
         let onboard = OnboardOptions {
-            run: Options { publish_every: self.publish_every, until, deadline_ns: self.deadline.ns() },
+            run: Options { publish_every: self.publish_every, until, linger_ns: 0, deadline_ns: self.deadline.ns() },
             consumers: self.consumers as usize,
             supports: options.table(),
             ..OnboardOptions::default()

@@ -21,7 +21,7 @@ const NAP: Duration = Duration::from_millis(10);
 /// Lines of a process's log that an error quotes.
 const TAIL: usize = 12;
 
-/// Another process of this binary; it is ended when this is dropped, and ends when this process does.
+/// Another process, mostly of this binary; it is ended when this is dropped, and ends when this process does.
 pub(super) struct Child {
     role: &'static str,
     process: process::Child,
@@ -47,7 +47,16 @@ impl Child {
         }
         command
             .args([role, "--json", "--quiet", "--domain", domain, "--parent", &process::id().to_string()])
-            .args(arguments)
+            .args(arguments);
+        Self::spawn(role, command)
+    }
+
+    /// Starts another program in a role.
+    ///
+    /// # Errors
+    /// If the operating system refuses.
+    pub(super) fn spawn(role: &'static str, mut command: Command) -> anyhow::Result<Self> {
+        command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

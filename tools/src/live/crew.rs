@@ -6,13 +6,14 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
-use bhm_host::ipc::TemporaryDomain;
+use bhm_host::ipc::{AnyPosterior, AnyPosteriorSubscriber, Participant, TemporaryDomain, open_posterior_any};
 use serde::Serialize;
 use tracing::warn;
 
 use super::{
     Deadline,
     child::Child,
+    firmware::{self, Firmware},
     said::{Beginning, Onboarded, Sent, SourceSays, WatchSays, Watched},
 };
 use crate::progress::ScanCount;
@@ -23,13 +24,17 @@ const TICK: Duration = Duration::from_millis(20);
 /// How long the others may go on when one has ended. Saving a large map on a slow disk is what takes long.
 const GRACE: Duration = Duration::from_secs(120);
 
-/// Three processes in a domain of their own: a source of scans, the onboard process, a consumer.
+/// Three processes in a domain of their own: a source of scans, the onboard process, a consumer. Where the map is made by
+/// firmware, a bridge stands for the onboard process, and the firmware's emulator is a fourth.
 ///
 /// Dropped, it ends those that have not ended, and then removes the domain.
 pub(super) struct Crew {
     onboard: Child,
     watch: Child,
     source: Option<Child>,
+    firmware: Option<Child>,
+    /// What is in shared memory at the end, where nobody saves it.
+    reader: Option<Reader>,
     first_ended: Option<Instant>,
     domain: TemporaryDomain,
     log: CrewLog,
@@ -52,6 +57,23 @@ pub(super) struct ProcessIds {
     pub(super) source: u32,
     pub(super) onboard: u32,
     pub(super) watch: u32,
+    /// The firmware's emulator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) firmware: Option<u32>,
+}
+
+/// Who makes the map.
+pub(super) enum Maker<'a> {
+    /// The onboard process, with a file of map options and a deadline; the map is saved.
+    Onboard { config: &'a Path, map: &'a Path, deadline: Deadline },
+    /// Firmware in an emulator, with a bridge between it and shared memory.
+    Firmware(&'a Firmware),
+}
+
+/// Reads the posterior where it lies. The port is closed before the domain is left.
+struct Reader {
+    subscriber: Option<Box<dyn AnyPosteriorSubscriber>>,
+    participant: Participant,
 }
 
 /// What the three processes did.
@@ -61,25 +83,47 @@ pub(super) struct Outcome {
     pub(super) sent: Sent,
     pub(super) onboarded: Onboarded,
     pub(super) watched: Watched,
+    /// The posterior in shared memory at the end, where nobody saved it.
+    pub(super) posterior: Option<Box<dyn AnyPosterior>>,
+    /// What the posterior belongs to is dropped after it.
+    _reader: Option<Reader>,
+    _domain: TemporaryDomain,
 }
 
 impl Crew {
-    /// Starts the mapper and its consumer. `config` is a file of map options; the map is saved as `map`.
+    /// Starts the mapper and its consumer.
     ///
     /// # Errors
     /// If the operating system refuses.
-    pub(super) fn start(config: &Path, map: &Path, deadline: Deadline) -> anyhow::Result<Self> {
+    pub(super) fn start(maker: &Maker<'_>) -> anyhow::Result<Self> {
         let domain = TemporaryDomain::new()?;
         let name = domain.name();
-        let [config, map] = [("--config", config), ("--save", map)].map(|(option, path)| {
-            let path = path.to_str().with_context(|| format!("{} is not Unicode", path.display()))?;
-            anyhow::Ok(format!("{option}={path}"))
-        });
-        let mut arguments = vec!["--until-end".to_owned(), "--consumers=1".to_owned(), config?, map?];
-        arguments.extend(deadline.arguments());
-        let onboard = Child::start("onboard", name, &arguments)?;
-        let watch = Child::start("watch", name, &arguments[..1])?;
-        Ok(Self { onboard, watch, source: None, first_ended: None, domain, log: CrewLog::default() })
+        let until_end = ["--until-end".to_owned()];
+        let (onboard, firmware, reader) = match maker {
+            Maker::Onboard { config, map, deadline } => {
+                let [config, map] = [("--config", config), ("--save", map)].map(|(option, path)| {
+                    let path = path.to_str().with_context(|| format!("{} is not Unicode", path.display()))?;
+                    anyhow::Ok(format!("{option}={path}"))
+                });
+                let [until_end] = until_end.clone();
+                let mut arguments = vec![until_end, "--consumers=1".to_owned(), config?, map?];
+                arguments.extend(deadline.arguments());
+                (Child::start("onboard", name, &arguments)?, None, None)
+            }
+            Maker::Firmware(firmware) => {
+                let participant = domain.join("bhm-crew")?;
+                let socket = domain.root().join("firmware.socket");
+                let running = firmware.start(&socket)?;
+                let [until_end] = until_end.clone();
+                let port = format!("--port={}", firmware::address(&socket));
+                let arguments = [until_end, "--consumers=2".to_owned(), "--wait=30".to_owned(), port];
+                let bridge = Child::start("bridge", name, &arguments)?;
+                (bridge, Some(running), Some(Reader { subscriber: None, participant }))
+            }
+        };
+        let watch = Child::start("watch", name, &until_end)?;
+        let (source, first_ended, log) = (None, None, CrewLog::default());
+        Ok(Self { onboard, watch, source, firmware, reader, first_ended, domain, log })
     }
 
     /// Has `bhm SOURCE ARGUMENTS` send its scans to them and waits until all are done.
@@ -99,6 +143,9 @@ impl Crew {
             self.listen(&mut count)?;
             // Once the consumer has read the empty map it will see every later one.
             if self.source.is_none() && self.log.scans.is_some() {
+                if let Some(Reader { subscriber, participant }) = &mut self.reader {
+                    *subscriber = Some(open_posterior_any(participant)?);
+                }
                 self.source = Some(Child::start(source, self.domain.name(), arguments)?);
             }
         }
@@ -107,9 +154,19 @@ impl Crew {
             source: self.source.as_ref().map_or(0, Child::id),
             onboard: self.onboard.id(),
             watch: self.watch.id(),
+            firmware: self.firmware.as_ref().map(Child::id),
         };
         let log = std::mem::take(&mut self.log);
+        let mut posterior = None;
+        if let Some(subscriber) = self.reader.as_mut().and_then(|reader| reader.subscriber.as_mut()) {
+            // The last one published lies there still, although whoever published it has gone.
+            let received = subscriber.receive(Duration::ZERO)?.context("there is no posterior in shared memory")?;
+            posterior = Some(received?);
+        }
         Ok(Outcome {
+            posterior,
+            _reader: self.reader,
+            _domain: self.domain,
             processes,
             beginning: log.beginning,
             sent: log.sent.context("the source did not say what it sent")?,
@@ -119,7 +176,7 @@ impl Crew {
     }
 
     fn children(&mut self) -> impl Iterator<Item = &mut Child> {
-        [&mut self.onboard, &mut self.watch].into_iter().chain(&mut self.source)
+        [&mut self.onboard, &mut self.watch].into_iter().chain(&mut self.source).chain(&mut self.firmware)
     }
 
     /// Whether all have ended, as they should.

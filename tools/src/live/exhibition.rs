@@ -4,15 +4,24 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
+use bhm_core::{
+    geometry::Point,
+    settings::Model,
+    tile::{Occupancy, TileIndex},
+};
 use bhm_host::{
-    map::AnyMap,
     snapshot::{self, Snapshot},
     stop_on_signals,
 };
 use bhm_tools::metrics::Scores;
 use clap::Args;
 
-use super::{Deadline, crew::Crew, report::Report};
+use super::{
+    Deadline,
+    crew::{Crew, Maker},
+    firmware::{DEFAULT_ELF, Firmware},
+    report::{Made, Report},
+};
 use crate::{
     drawing::{self, Drawing, What},
     options::{Effective, MapOptions, MapValues},
@@ -25,13 +34,24 @@ pub(crate) struct Exhibits {
     /// Folder for the pictures, the map and the report
     #[arg(short, long, value_name = "DIR", default_value = "bhm-out")]
     output: PathBuf,
+    /// Have the firmware make the map, in an emulated microcontroller, with a bridge in the place of the onboard process
+    /// [default: where `firmware-sim/cortex-m7/run build` puts it]
+    #[arg(long, value_name = "ELF", num_args = 0..=1, default_missing_value = DEFAULT_ELF)]
+    firmware: Option<PathBuf>,
     #[command(flatten)]
     deadline: Deadline,
     #[command(flatten)]
     map: MapOptions,
 }
 
-/// Three processes, and what is left of them: pictures, a map, a report.
+/// A finished map, saved or read in shared memory, for those who ask it.
+pub(crate) struct Finished<'a> {
+    pub(crate) model: Model<'static>,
+    pub(crate) tiles: Vec<TileIndex<2>>,
+    pub(crate) occupancy: &'a dyn Fn(&Point<2>) -> Occupancy,
+}
+
+/// A crew, and what is left of it: pictures, a map, a report.
 pub(crate) struct Exhibition<'a> {
     /// What was mapped, for headings.
     pub(crate) title: &'a str,
@@ -46,7 +66,7 @@ pub(crate) struct Exhibition<'a> {
 impl Exhibits {
     /// The map options in effect, see [`MapOptions::effective`].
     pub(crate) fn effective(&self) -> anyhow::Result<Option<Effective>> {
-        self.map.effective()
+        if self.firmware.is_some() { self.map.effective_of_firmware() } else { self.map.effective() }
     }
 }
 
@@ -58,7 +78,7 @@ impl Exhibition<'_> {
     pub(crate) fn hold(
         &self,
         exhibits: &Exhibits,
-        score: impl FnOnce(&dyn AnyMap) -> anyhow::Result<Option<Scores>>,
+        score: impl FnOnce(&Finished<'_>) -> anyhow::Result<Option<Scores>>,
         output: &Output,
     ) -> anyhow::Result<()> {
         // Mistakes in the options are found here, and not by a process that has just been started.
@@ -70,22 +90,41 @@ impl Exhibition<'_> {
         let config = folder.join("options.toml");
         write(&config, toml::to_string(&options)?)?;
 
+        let firmware = exhibits.firmware.as_ref().map(|elf| Firmware::find(elf, folder)).transpose()?;
         let map_file = folder.join("map.bhm");
-        let outcome = Crew::start(&config, &map_file, exhibits.deadline)?.run(self.source, &self.arguments, &stop)?;
+        let maker = match &firmware {
+            Some(firmware) => Maker::Firmware(firmware),
+            None => Maker::Onboard { config: &config, map: &map_file, deadline: exhibits.deadline },
+        };
+        let mut outcome = Crew::start(&maker)?.run(self.source, &self.arguments, &stop)?;
         ensure!(outcome.sent.complete && outcome.onboarded.source_ended, "stopped before the last scan");
 
-        let Snapshot { map, extras } = snapshot::load(&map_file)?;
-        self.draw(&*map, &extras.path_m, folder)?;
-        let report = Report::new(self.title, folder, outcome, &*map, score(&*map)?, options);
+        let (made, scores) = match &firmware {
+            Some(firmware) => {
+                let posterior = outcome.posterior.take().context("no posterior was read")?;
+                let (tiles, occupancy) = (posterior.tile_indices(), &|at: &_| posterior.occupancy(at));
+                let finished = Finished { model: *posterior.model(), tiles, occupancy };
+                self.draw(&finished, &[], folder)?;
+                (Made::by_firmware(firmware, &*posterior), score(&finished)?)
+            }
+            None => {
+                let Snapshot { map, extras } = snapshot::load(&map_file)?;
+                let (tiles, occupancy) = (map.tile_indices(), &|at: &_| map.occupancy(at));
+                let finished = Finished { model: map.model(), tiles, occupancy };
+                self.draw(&finished, &extras.path_m, folder)?;
+                (Made::saved(&*map, &outcome), score(&finished)?)
+            }
+        };
+        let report = Report::new(self.title, folder, outcome, made, scores, options);
         write(&folder.join("report.md"), report.markdown()?)?;
         write(&folder.join("report.json"), serde_json::to_string_pretty(&report)? + "\n")?;
         output.result(&report, || report.text())?;
         report.check()
     }
 
-    fn draw(&self, map: &dyn AnyMap, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
-        let ask = |point_m: &_| map.occupancy(point_m);
-        let worth = drawing::worth_drawing(&map.model(), &map.tile_indices(), ask);
+    fn draw(&self, map: &Finished<'_>, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
+        let ask = map.occupancy;
+        let worth = drawing::worth_drawing(&map.model, &map.tiles, ask);
         let bounds_m = worth.context("not one scan could be learned from; there is nothing to draw")?;
         for (file, what) in [("probability.png", What::Probability), ("deviation.png", What::Deviation)] {
             let drawing = Drawing { what, bounds_m, pixels_per_metre: None, title: self.title, path_m, occupancy: ask };

@@ -7,14 +7,17 @@ mod child;
 mod crew;
 mod deadline;
 mod exhibition;
+mod firmware;
 mod meeting;
+mod port;
 mod report;
 pub(crate) mod said;
 mod sending;
 
 pub(crate) use self::{
     deadline::Deadline,
-    exhibition::{Exhibition, Exhibits},
+    exhibition::{Exhibition, Exhibits, Finished},
     meeting::Meeting,
+    port::{Address, Port},
     sending::{Part, Sending},
 };

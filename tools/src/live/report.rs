@@ -4,12 +4,13 @@ use std::{
 };
 
 use anyhow::ensure;
-use bhm_host::map::AnyMap;
+use bhm_host::{ipc::AnyPosterior, map::AnyMap};
 use bhm_tools::metrics::Scores;
 use serde::Serialize;
 
 use super::{
     crew::{Outcome, ProcessIds},
+    firmware::Firmware,
     said::{Onboarded, Sent, Watched},
 };
 use crate::{options::MapValues, output::table};
@@ -24,6 +25,9 @@ pub(super) struct Report {
     /// How many times faster than the scans were taken; null where stamps do not say.
     times_real_time: Option<f64>,
     posterior: Posteriors,
+    /// The program that made the map, where it is not the onboard process.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    firmware: Option<PathBuf>,
     /// Against what is really there; null where that is not known.
     scores: Option<Scores>,
     source: Sent,
@@ -38,11 +42,43 @@ struct Posteriors {
     /// Of the tiles in the last posterior that the consumer read, computed in shared memory.
     shared: Option<String>,
     tiles_shared: usize,
-    /// Whether the saved map has those tiles, and they are the same.
+    /// Whether the map that was made has those tiles, and they are the same.
     equal: bool,
-    /// Of every tile in the saved map.
-    saved: String,
+    /// Of every tile in the saved map; null where none is saved.
+    saved: Option<String>,
+    /// Of every tile that the firmware sent; null where none did.
+    received: Option<String>,
     tiles_saved: usize,
+}
+
+/// What the posterior in shared memory is compared with.
+pub(super) struct Made {
+    equal_to: Option<String>,
+    saved: Option<String>,
+    tiles: usize,
+    firmware: Option<PathBuf>,
+}
+
+impl Made {
+    /// A map that the onboard process saved.
+    pub(super) fn saved(map: &dyn AnyMap, outcome: &Outcome) -> Self {
+        Self {
+            equal_to: Some(map.digest_of(&outcome.watched.tiles).to_string()),
+            saved: Some(map.digest().to_string()),
+            tiles: map.tile_indices().len(),
+            firmware: None,
+        }
+    }
+
+    /// What firmware sent, of which this is left in shared memory.
+    pub(super) fn by_firmware(firmware: &Firmware, posterior: &dyn AnyPosterior) -> Self {
+        Self {
+            equal_to: Some(posterior.digest().to_string()),
+            saved: None,
+            tiles: posterior.tile_indices().len(),
+            firmware: Some(firmware.elf().to_owned()),
+        }
+    }
 }
 
 impl Report {
@@ -50,11 +86,11 @@ impl Report {
         title: &str,
         folder: &Path,
         outcome: Outcome,
-        saved: &dyn AnyMap,
+        made: Made,
         scores: Option<Scores>,
         options: MapValues,
     ) -> Self {
-        let Outcome { processes, beginning, sent, onboarded, mut watched } = outcome;
+        let Outcome { processes, beginning, sent, onboarded, mut watched, .. } = outcome;
         // The digest stands for them from here on.
         let shared_tiles = mem::take(&mut watched.tiles);
         Self {
@@ -64,12 +100,16 @@ impl Report {
             scans_per_s: sent.scans as f64 / sent.seconds,
             times_real_time: beginning.recorded_s.map(|recorded_s| recorded_s / sent.seconds),
             posterior: Posteriors {
-                equal: watched.posterior == Some(saved.digest_of(&shared_tiles).to_string()),
+                // What came over the line is what was published, and what the consumer read.
+                equal: watched.posterior == made.equal_to
+                    && (made.firmware.is_none() || watched.posterior.as_ref() == Some(&onboarded.posterior)),
                 shared: watched.posterior.clone(),
                 tiles_shared: shared_tiles.len(),
-                saved: saved.digest().to_string(),
-                tiles_saved: saved.tile_indices().len(),
+                saved: made.saved,
+                received: made.firmware.as_ref().map(|_| onboarded.posterior.clone()),
+                tiles_saved: made.tiles,
             },
+            firmware: made.firmware,
             scores,
             source: sent,
             onboard: onboarded,
@@ -84,7 +124,8 @@ impl Report {
     /// If it is not.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         let shared = self.posterior.shared.as_deref().unwrap_or("none");
-        ensure!(self.posterior.equal, "the consumer's posterior {shared} is not the saved map's");
+        let made = if self.firmware.is_some() { "what the firmware sent" } else { "the saved map's" };
+        ensure!(self.posterior.equal, "the consumer's posterior {shared} is not {made}");
         Ok(())
     }
 
@@ -102,7 +143,18 @@ impl Report {
         let mut rows = vec![
             (
                 "processes",
-                format!("source {}, onboard {}, consumer {}", processes.source, processes.onboard, processes.watch),
+                match processes.firmware {
+                    None => {
+                        format!(
+                            "source {}, onboard {}, consumer {}",
+                            processes.source, processes.onboard, processes.watch
+                        )
+                    }
+                    Some(firmware) => format!(
+                        "source {}, bridge {}, consumer {}, emulated microcontroller {firmware}",
+                        processes.source, processes.onboard, processes.watch
+                    ),
+                },
             ),
             (
                 "scans",
@@ -156,11 +208,18 @@ impl Report {
         };
         let counters: Vec<_> =
             self.onboard.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
-        Ok(format!(
-            "# {}\n\n{}\n\
-             Three processes: a source of scans, the onboard process that maps them, and a consumer that reads every\n\
+        let how = if self.firmware.is_some() {
+            "Four processes: a source of scans, an emulated microcontroller whose firmware maps them, a bridge between its\n\
+             serial line and shared memory, and a consumer that reads every posterior where it lies there. Both pictures are\n\
+             drawn from the last posterior in shared memory, of the tiles in the firmware's store. No map is saved: the\n\
+             information matrices that one goes on learning with stay on the microcontroller."
+        } else {
+            "Three processes: a source of scans, the onboard process that maps them, and a consumer that reads every\n\
              posterior where it lies in shared memory. Both pictures are drawn from the saved map (`map.bhm`), which holds\n\
-             the tiles in the archive as well.\n\n\
+             the tiles in the archive as well."
+        };
+        Ok(format!(
+            "# {}\n\n{}\n{how}\n\n\
              ![Probability of occupancy](probability.png)\n\n\
              ![Standard deviation of the log-odds](deviation.png)\n\n\
              ## Map options in effect\n\n\
@@ -176,7 +235,8 @@ impl Report {
 
 impl Posteriors {
     fn summary(&self) -> String {
-        let Self { shared, tiles_shared, equal, saved, tiles_saved } = self;
+        let Self { shared, tiles_shared, equal, saved, received, tiles_saved } = self;
+        let saved = saved.as_ref().or(received.as_ref()).map_or("none", String::as_str);
         let shared = shared.as_deref().unwrap_or("none");
         let verdict = if *equal { "the same" } else { "NOT THE SAME" };
         if tiles_shared == tiles_saved {

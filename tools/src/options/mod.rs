@@ -11,7 +11,7 @@ use std::{
 };
 
 use anyhow::Context;
-use bhm_core::profile::Profile;
+use bhm_core::profile::{self, Profile};
 use bhm_host::{
     ScanRecord,
     map::{self, AnyMap},
@@ -22,6 +22,9 @@ use tracing::warn;
 
 pub(crate) use self::{number::Number, poses::PoseDeviations, values::MapValues};
 use crate::output::{self, Usage};
+
+/// What the firmware is built with.
+const FIRMWARE_PROFILE: Profile = profile::COMPACT;
 
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
 /// before profile.
@@ -72,8 +75,35 @@ impl MapOptions {
     /// # Errors
     /// As [`effective`](Self::effective).
     pub(crate) fn effective_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<Effective>> {
+        self.effective_by(|merged| merged, defaults)
+    }
+
+    /// The options in effect where a microcontroller makes the map: what it learns with is built in.
+    ///
+    /// # Errors
+    /// As [`effective`](Self::effective); [`Usage`] for options that would change what it learns with.
+    pub(crate) fn effective_of_firmware(&self) -> anyhow::Result<Option<Effective>> {
+        let effective = self.effective_by(|merged| merged.with_default_profile(&FIRMWARE_PROFILE), &[])?;
+        match &effective {
+            Some(Effective { profile, supports, .. }) if *profile != FIRMWARE_PROFILE || supports.is_some() => {
+                Err(Usage(format!(
+                    "the firmware is built with the profile {FIRMWARE_PROFILE} as it is; options that change what a map \
+                     learns, or how much memory it has, have no effect on it"
+                ))
+                .into())
+            }
+            _ => Ok(effective),
+        }
+    }
+
+    fn effective_by(
+        &self,
+        complete: impl Fn(MapValues) -> MapValues,
+        defaults: &[(Number, f32)],
+    ) -> anyhow::Result<Option<Effective>> {
         let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
-        let mut merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
+        let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
+        let mut merged = complete(merged);
         for (number, default) in defaults {
             merged.number_mut(*number).get_or_insert(*default);
         }

@@ -144,6 +144,12 @@ impl MapValues {
         }
     }
 
+    /// Takes the profile of that name, where none is chosen.
+    pub(super) fn with_default_profile(mut self, profile: &'static Profile) -> Self {
+        self.profile.get_or_insert(Choice(profile));
+        self
+    }
+
     /// The file of learned supports.
     pub(super) fn supports(&self) -> Option<&Path> {
         self.supports.as_deref()

@@ -40,17 +40,18 @@ counters! {
 
 /// A tile as the device sent it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MirroredTile {
+pub struct MirroredTile<const M: usize, const B: usize> {
     /// Which, and how new.
     pub version: TileVersion,
     floats: Box<[f32]>,
 }
 
-impl MirroredTile {
+impl<const M: usize, const B: usize> MirroredTile<M, B> {
     /// What queries need of it.
     #[must_use]
-    pub fn view<const M: usize, const B: usize>(&self) -> Option<PosteriorView<'_, M, B>> {
-        packed::view_of(&self.floats)
+    pub fn view(&self) -> PosteriorView<'_, M, B> {
+        // It is kept only once every number has come.
+        packed::view_of(&self.floats).expect("as many numbers as a tile has")
     }
 }
 
@@ -85,7 +86,7 @@ pub struct Directory {
 #[derive(Debug)]
 pub struct Mirror<const M: usize, const B: usize> {
     slots: usize,
-    tiles: BTreeMap<TileIndex<2>, MirroredTile>,
+    tiles: BTreeMap<TileIndex<2>, MirroredTile<M, B>>,
     arriving: Option<Arriving>,
     listing: Option<Listing>,
     /// The newest directory that came whole.
@@ -112,7 +113,7 @@ impl<const M: usize, const B: usize> Mirror<M, B> {
 
     /// The tiles, in ascending order of index. Together they are the device's posterior right after
     /// [`Event::Posterior`](super::Event::Posterior) only.
-    pub fn tiles(&self) -> impl ExactSizeIterator<Item = &MirroredTile> {
+    pub fn tiles(&self) -> impl ExactSizeIterator<Item = &MirroredTile<M, B>> {
         self.tiles.values()
     }
 
@@ -224,6 +225,6 @@ impl<const M: usize, const B: usize> Mirror<M, B> {
 
 impl<const M: usize, const B: usize> TileSource<M, B> for Mirror<M, B> {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
-        self.tiles.get(index)?.view()
+        self.tiles.get(index).map(MirroredTile::view)
     }
 }

@@ -142,10 +142,9 @@ impl<const M: usize, const B: usize> HostEnd<M, B> {
         self.known.announced > self.known.mirror.directory()
     }
 
-    /// Forgets the device and the frame that was begun: the line was cut and is another one now.
-    pub fn hang_up(&mut self) {
+    /// Forgets the frame that was begun: the line was cut. Whether the device is the same, its answer to a greeting says.
+    pub fn drop_begun(&mut self) {
         self.deframer.drop_begun();
-        self.known.begin(None);
     }
 
     /// Takes bytes off the front of `bytes` until something came of them; `None` if nothing did.

@@ -115,7 +115,7 @@ fn ten_thousand_frames_on_a_bad_line_and_then_a_refresh() {
 
 fn assert_sent(end: &HostEnd<144, 40>, sent: &BTreeMap<TileVersion, Vec<u32>>) {
     for tile in end.mirror().tiles() {
-        let view = tile.view::<144, 40>().expect("a tile");
+        let view = tile.view();
         let mut bytes = vec![0; 4 * packed::tile_floats::<144, 40>()];
         packed::write_tile(&view, 0, &mut bytes);
         let bits: Vec<_> = bytes.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();

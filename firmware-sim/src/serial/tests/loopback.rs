@@ -54,7 +54,7 @@ pub(super) fn assert_mirrors(end: &HostEnd<144, 40>, device: &Device) {
     let tiles = end.mirror().tiles().map(|tile| tile.version);
     let ours: Vec<(TileIndex<2>, _, _)> = tiles.map(|tile| (tile.index, tile.updates, tile.touched_at)).collect();
     assert_eq!(ours, theirs);
-    let ours = end.mirror().tiles().map(|tile| (tile.version.index, tile.view::<144, 40>().expect("a tile")));
+    let ours = end.mirror().tiles().map(|tile| (tile.version.index, tile.view()));
     // Of every bit.
     assert_eq!(posterior_digest(ours), posterior_digest(store.iter().map(|tile| (tile.index, tile.posterior.view()))));
 }

@@ -49,13 +49,10 @@ pub(super) fn posterior() -> (PosteriorHeader, Vec<PosteriorTile<144, 40>>) {
     header.write(map.mapper().settings(), None, (144, 40), &news);
     header.mapper = 5;
     header.sequence = 1;
-    let tiles: Vec<PosteriorTile<144, 40>> = map
-        .mapper()
-        .tiles()
-        .iter()
+    let tiles: Vec<PosteriorTile<144, 40>> = PosteriorSource::tiles(map.mapper())
         .map(|tile| {
             let mut copy = zeroed::<PosteriorTile<144, 40>>();
-            copy.write(tile);
+            copy.write(&tile);
             *copy
         })
         .collect();
@@ -87,9 +84,9 @@ fn layouts_are_those_of_these_versions() {
         ]
     };
     let (plain, learned) = names.split_at(4);
-    assert_eq!(plain, ["bhm.scan.v2", "bhm.status.v1", "bhm.posterior.v2", "bhm.posterior-tile.v1"]);
+    assert_eq!(plain, ["bhm.scan.v2", "bhm.status.v2", "bhm.posterior.v2", "bhm.posterior-tile.v1"]);
     assert_eq!(learned, ["bhm.supports.v1", "bhm.support.v1"]);
-    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [2, 1, 2]);
+    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [2, 2, 2]);
     assert_eq!(SupportsHeader::VERSION, 1);
 }
 

@@ -1,0 +1,264 @@
+use std::{
+    fmt,
+    fs::{File, OpenOptions},
+    io::{self, ErrorKind, Read, Write},
+    net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream},
+    os::{
+        fd::{AsFd, OwnedFd},
+        unix::{fs::OpenOptionsExt, net::UnixStream},
+    },
+    path::PathBuf,
+    str::FromStr,
+    time::{Duration, Instant},
+};
+
+use bhm_firmware_sim::BridgePort;
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    fs::OFlags,
+    termios::{OptionalActions, isatty, tcgetattr, tcsetattr},
+};
+
+/// How long a line may take nothing before it counts as gone.
+const STUCK: Duration = Duration::from_secs(30);
+
+/// Most bytes that are taken from the system at once.
+const GULP: usize = 16_384;
+
+/// How often a line that is not there yet is looked for.
+const AGAIN: Duration = Duration::from_millis(50);
+
+/// Where a device is found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Address {
+    /// A Unix socket that the device, or its emulator, listens on.
+    Unix(PathBuf),
+    /// A TCP port of this computer.
+    Tcp(SocketAddr),
+    /// A serial device or a pseudo-terminal.
+    Terminal(PathBuf),
+}
+
+impl FromStr for Address {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(path) = text.strip_prefix("unix:") {
+            return if path.is_empty() { Err("unix: without a path".to_owned()) } else { Ok(Self::Unix(path.into())) };
+        }
+        let Some(place) = text.strip_prefix("tcp:") else {
+            return if text.is_empty() { Err("no port".to_owned()) } else { Ok(Self::Terminal(text.into())) };
+        };
+        let unclear = || format!("expected tcp:ADDRESS:PORT, for instance tcp:127.0.0.1:5555, not '{text}'");
+        let (host, port) = place.rsplit_once(':').ok_or_else(unclear)?;
+        let port = port.parse().map_err(|_| unclear())?;
+        let host = host.trim_start_matches('[').trim_end_matches(']');
+        let host: IpAddr =
+            if host == "localhost" { Ipv4Addr::LOCALHOST.into() } else { host.parse().map_err(|_| unclear())? };
+        // What a line carries is neither secret nor signed: it does not leave the computer.
+        if !host.is_loopback() {
+            return Err(format!("{host} is another computer; a line by TCP stays on this one (127.0.0.1)"));
+        }
+        Ok(Self::Tcp(SocketAddr::new(host, port)))
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unix(path) => write!(f, "unix:{}", path.display()),
+            Self::Tcp(at) => write!(f, "tcp:{at}"),
+            Self::Terminal(path) => path.display().fmt(f),
+        }
+    }
+}
+
+impl Address {
+    fn open(&self, baud: Option<u32>) -> io::Result<File> {
+        let line: OwnedFd = match self {
+            Self::Unix(path) => {
+                let socket = UnixStream::connect(path)?;
+                socket.set_nonblocking(true)?;
+                socket.into()
+            }
+            Self::Tcp(at) => {
+                let socket = TcpStream::connect(at)?;
+                socket.set_nodelay(true)?;
+                socket.set_nonblocking(true)?;
+                socket.into()
+            }
+            Self::Terminal(path) => {
+                let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
+                let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path)?;
+                if !isatty(&terminal) {
+                    return Err(io::Error::new(
+                        ErrorKind::InvalidInput,
+                        "neither a serial device nor a pseudo-terminal",
+                    ));
+                }
+                let mut settings = tcgetattr(&terminal)?;
+                // Bytes as they are: no echo, no lines, no signals.
+                settings.make_raw();
+                if let Some(baud) = baud {
+                    settings.set_speed(baud)?;
+                }
+                tcsetattr(&terminal, OptionalActions::Now, &settings)?;
+                terminal.into()
+            }
+        };
+        Ok(line.into())
+    }
+}
+
+/// An open line to a device.
+#[derive(Debug)]
+pub(crate) struct Port {
+    address: Address,
+    baud: Option<u32>,
+    line: File,
+    /// What came while something was written.
+    came: Vec<u8>,
+}
+
+impl Port {
+    /// Opens it, and tries again for so long if it is not there.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub(crate) fn open(address: Address, baud: Option<u32>, patience: Duration) -> io::Result<Self> {
+        let asked = Instant::now();
+        loop {
+            match address.open(baud) {
+                Ok(line) => return Ok(Self { address, baud, line, came: Vec::new() }),
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::ConnectionRefused)
+                        && asked.elapsed() < patience =>
+                {
+                    std::thread::sleep(AGAIN);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn wait(&self, flags: PollFlags, patience: Duration) -> io::Result<PollFlags> {
+        let timeout = Timespec { tv_sec: patience.as_secs() as _, tv_nsec: patience.subsec_nanos().into() };
+        let fd = self.line.as_fd();
+        let mut fds = [PollFd::new(&fd, flags)];
+        match poll(&mut fds, Some(&timeout)) {
+            Ok(_) => Ok(fds[0].revents()),
+            Err(rustix::io::Errno::INTR) => Ok(PollFlags::empty()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// What the system has; 0 if nothing.
+    fn take(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        match self.line.read(into) {
+            // A terminal says so as well when nothing is there, but then it was not asked.
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(length) => Ok(length),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(0),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl BridgePort for Port {
+    fn read(&mut self, into: &mut [u8], patience: Duration) -> io::Result<usize> {
+        if !self.came.is_empty() {
+            let length = self.came.len().min(into.len());
+            into[..length].copy_from_slice(&self.came[..length]);
+            self.came.drain(..length);
+            return Ok(length);
+        }
+        if self.wait(PollFlags::IN, patience)?.is_empty() {
+            return Ok(0);
+        }
+        self.take(into)
+    }
+
+    fn write(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+        let mut moved = Instant::now();
+        while !bytes.is_empty() {
+            let ready = self.wait(PollFlags::IN | PollFlags::OUT, STUCK)?;
+            if ready.contains(PollFlags::IN) {
+                let mut gulp = [0; GULP];
+                let length = self.take(&mut gulp)?;
+                self.came.extend(&gulp[..length]);
+            }
+            if ready.intersects(PollFlags::OUT | PollFlags::ERR | PollFlags::HUP) {
+                match self.line.write(bytes) {
+                    Ok(length) => {
+                        bytes = &bytes[length..];
+                        moved = Instant::now();
+                    }
+                    Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+                    Err(error) => return Err(error),
+                }
+            }
+            if moved.elapsed() > STUCK {
+                return Err(io::Error::new(ErrorKind::TimedOut, "the line takes no more bytes"));
+            }
+        }
+        Ok(())
+    }
+
+    fn reopen(&mut self) -> io::Result<()> {
+        self.line = self.address.open(self.baud)?;
+        self.came.clear();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_stays_on_this_computer() {
+        let parse = |text: &str| text.parse::<Address>();
+        assert_eq!(parse("unix:/run/x"), Ok(Address::Unix("/run/x".into())));
+        assert_eq!(parse("/dev/ttyACM0"), Ok(Address::Terminal("/dev/ttyACM0".into())));
+        for text in ["tcp:127.0.0.1:5555", "tcp:localhost:5555", "tcp:[::1]:5555"] {
+            assert!(matches!(parse(text), Ok(Address::Tcp(at)) if at.port() == 5555), "{text}");
+        }
+        for (text, says) in [
+            ("tcp:192.168.0.7:5555", "192.168.0.7 is another computer"),
+            ("tcp:127.0.0.1", "expected tcp:ADDRESS:PORT"),
+            ("tcp:127.0.0.1:x", "expected tcp:ADDRESS:PORT"),
+            ("tcp:robot:5555", "expected tcp:ADDRESS:PORT"),
+            ("unix:", "without a path"),
+            ("", "no port"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.contains(says), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_pseudo_terminal_carries_every_byte_both_ways() {
+        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&device).unwrap();
+        unlockpt(&device).unwrap();
+        let name = ptsname(&device, Vec::new()).unwrap().into_string().unwrap();
+        let mut port = Port::open(name.parse().unwrap(), Some(115_200), Duration::ZERO).unwrap();
+        let mut device = File::from(device);
+        let bytes: Vec<u8> = (0..=255).collect();
+        port.write(&bytes).unwrap();
+        let mut got = [0; 256];
+        device.read_exact(&mut got).unwrap();
+        assert_eq!(got[..], bytes);
+        device.write_all(&bytes).unwrap();
+        let mut back: Vec<u8> = Vec::new();
+        while back.len() < 256 {
+            let length = port.read(&mut got, Duration::from_secs(10)).unwrap();
+            back.extend(&got[..length]);
+        }
+        assert_eq!(back, bytes);
+        assert_eq!(port.read(&mut got, Duration::ZERO).unwrap(), 0);
+        drop(device);
+        assert!(port.read(&mut got, Duration::from_secs(10)).is_err(), "the other end is gone");
+    }
+}
