@@ -4,6 +4,7 @@ use std::{
     alloc::{GlobalAlloc, Layout, System},
     process,
     sync::atomic::{AtomicUsize, Ordering},
+    thread,
 };
 
 /// Bytes taken and not given back, and how many there may be.
@@ -30,7 +31,8 @@ pub fn within<T>(limit_bytes: usize, f: impl FnOnce() -> T) -> T {
 fn take(bytes: usize) {
     let taken = TAKEN.fetch_add(bytes, Ordering::Relaxed).wrapping_add(bytes);
     let limit = LIMIT.load(Ordering::Relaxed);
-    if taken > limit {
+    // What a panic takes to print where it happened is not the decoder's.
+    if taken > limit && !thread::panicking() {
         // Printing may allocate.
         LIMIT.store(usize::MAX, Ordering::Relaxed);
         eprintln!("too much memory: {} bytes over the limit, the last request {bytes} bytes", taken - limit);
