@@ -1,48 +1,90 @@
 //! The firmware in an emulated Cortex-M7: the same map as on a computer, in a time and a memory known beforehand.
 //!
-//! Needs the program (`firmware-sim/cortex-m7/run build`, or `BHM_FIRMWARE` naming the folder it is in) and QEMU. In CI both
-//! must be there, elsewhere the tests say what is missing and pass.
+//! Needs the programs (`firmware-sim/cortex-m7/run build`, or `BHM_FIRMWARE` naming the folder they are in) and QEMU. In CI
+//! both must be there, elsewhere the tests say what is missing and pass. `BHM_FIRMWARE_SCANS` says how many scans of the log
+//! are sent (200; `all`), `BHM_FIRMWARE_MEASURE=write` writes the figures that the documentation quotes instead of comparing.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod emulator;
+mod full_scan;
+mod image;
+mod measured;
+mod misbehaviour;
+mod run;
 
-use bhm_core::profile::COMPACT;
-use bhm_host::map::{OwnedMapper, posterior_digest};
-use emulator::{B, Emulator, M, counter, instructions, program};
+use bhm_core::{
+    profile::{COMPACT, Profile},
+    settings::Settings,
+};
+use bhm_firmware_sim::budget;
+use emulator::{Emulator, program};
+use measured::Measured;
+use run::{Run, learn};
+
+/// A variant of the firmware, and what it is made with.
+pub(crate) struct Variant {
+    pub(crate) program: &'static str,
+    pub(crate) profile: Profile,
+}
+
+pub(crate) const THREE_PASSES: Variant = Variant { program: "bhm-cortex-m7", profile: COMPACT };
+pub(crate) const ONE_PASS: Variant = Variant {
+    program: "one-pass",
+    profile: Profile { settings: Settings { passes: 1, ..COMPACT.settings }, ..COMPACT },
+};
+
+/// Sends the log, compares every posterior that is asked for and every update with its bound; then the scan that fills
+/// every capacity.
+fn the_log_is_learned_as_on_a_computer_within_the_bound(variant: &Variant) -> Option<(Run, u64)> {
+    let program = program(variant.program)?;
+    let scans = common::intel_scans()?;
+    let count = match std::env::var("BHM_FIRMWARE_SCANS").as_deref() {
+        Ok("all") => scans.len(),
+        Ok(count) => count.parse().expect("a number of scans, or all"),
+        Err(_) => 200,
+    };
+    let scans = &scans[..count.min(scans.len())];
+    let run = learn(&program, &variant.profile, scans);
+    let full = full_scan::learn(&program, &variant.profile);
+    let most = budget::most_instructions(&variant.profile).expect("measured");
+    let worst = run.worst().max(full);
+    println!(
+        "{}: {} scans, mean {:.2} million instructions, worst {:.2}; full scan {:.2}; bound {:.2} million, {:.2} times the worst",
+        variant.program,
+        scans.len(),
+        run.mean() / 1e6,
+        run.worst() as f64 / 1e6,
+        full as f64 / 1e6,
+        most as f64 / 1e6,
+        most as f64 / worst as f64,
+    );
+    assert!(worst <= most, "{worst} instructions, {most} at most");
+    assert!(most <= 2 * worst, "the bound of {most} is more than twice the worst, {worst}");
+    Some((run, full))
+}
 
 #[test]
-fn probe() {
-    let passes: u32 = if std::env::var("ONE").is_ok() { 1 } else { 3 };
-    let Some(program) = program(if passes == 1 { "one-pass" } else { "bhm-cortex-m7" }) else { return };
-    let Some(scans) = common::intel_scans() else { return };
-    let mut profile = COMPACT;
-    profile.settings.passes = passes;
-    let n: usize = std::env::var("SCANS").map_or(40, |n| n.parse().unwrap());
-    let mut host = OwnedMapper::<M, B>::new(&profile).unwrap();
-    let mut device = Emulator::start(&program, &profile);
-    println!("{:?}", device.greet());
-    let mut before: Vec<u64> = vec![0; 5];
-    for scan in scans.iter().take(n) {
-        let report = host.integrate(&scan.as_scan()).unwrap();
-        let status = device.learn(scan);
-        let now: Vec<u64> = ["tiles_touched", "rows", "points_used", "passes", "beams_hit"].iter().map(|c| counter(&status, c)).collect();
-        println!("S {} {} {} {} {} {}", instructions(&status), now[1] - before[1], now[0]-before[0], now[2]-before[2], now[3]-before[3], report.beams.total());
-        before = now;
-        if status.handled.unwrap().1 == n as u64 { println!("stack {:?} evicted {}", status.stack_high_water_bytes, counter(&status, "tiles_evicted")); }
-    }
-    device.settle();
-    println!("{:?}", device.end.counters());
-    for (mine, theirs) in device.end.mirror().tiles().zip(host.mapper().tiles().iter()) {
-        let a = mine.view::<M, B>().unwrap(); let b = theirs.posterior.view();
-        let d = a.covariance.as_flattened().iter().zip(b.covariance.as_flattened()).filter(|(x, y)| x.to_bits() != y.to_bits()).count();
-        let first = a.covariance.as_flattened().iter().zip(b.covariance.as_flattened()).enumerate().find(|(_, (x, y))| x.to_bits() != y.to_bits());
-        let m = a.mean.iter().zip(b.mean).filter(|(x, y)| x.to_bits() != y.to_bits()).count();
-        println!("T {:?} {:?} updates {} {}: {d} cov {first:?} {m} mean", mine.version.index, theirs.index, mine.version.updates, theirs.updates);
-    }
-    let ours = device.end.mirror().tiles().map(|tile| (tile.version.index, tile.view::<M, B>().unwrap()));
-    let theirs = host.mapper().tiles().iter().map(|tile| (tile.index, tile.posterior.view()));
-    assert_eq!(posterior_digest(ours), posterior_digest(theirs));
-    let (status, log) = device.finish();
-    println!("{status} {}", log.len());
+fn three_passes_and_one_are_the_computers_bit_for_bit_within_the_bound_and_as_documented() {
+    let Some(three) = the_log_is_learned_as_on_a_computer_within_the_bound(&THREE_PASSES) else { return };
+    let Some(one) = the_log_is_learned_as_on_a_computer_within_the_bound(&ONE_PASS) else { return };
+    let mean = one.0.mean();
+    assert!(mean <= 25e6, "{mean} instructions a scan at one pass: a lidar at 10 Hz needs 25 million at 400 MHz");
+    Measured::of(&three, &one).check();
+}
+
+#[test]
+fn two_runs_take_the_same_instructions() {
+    let (Some(program), Some(scans)) = (program(ONE_PASS.program), common::intel_scans()) else { return };
+    let scans: Vec<_> = scans.into_iter().step_by(30).take(25).collect();
+    let [first, second] = [(); 2].map(|()| learn(&program, &ONE_PASS.profile, &scans).instructions);
+    assert_eq!(first, second);
+}
+
+#[test]
+fn a_device_with_other_settings_is_refused() {
+    let Some(program) = program(ONE_PASS.program) else { return };
+    let mut device = Emulator::start(&program, &COMPACT);
+    let refused = device.refusal();
+    assert!(refused.contains("other settings"), "{refused}");
 }
