@@ -7,6 +7,7 @@ mod child;
 mod crew;
 mod exhibition;
 mod firmware;
+mod firmware_log;
 mod meeting;
 mod port;
 mod report;

@@ -149,7 +149,8 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
     /// Takes note that the line is gone, if it is.
     fn line(&mut self, outcome: io::Result<()>) {
         if outcome.is_err() && self.connected {
-            self.counters.line_gone += 1;
+            // A device that ends takes its line along.
+            self.counters.line_gone += u64::from(!self.told_to_finish);
             self.connected = false;
         }
     }
