@@ -101,9 +101,13 @@ impl<'s, const D: usize> Basis<'s, D> {
     #[must_use]
     pub fn features_of(&self, place: &Place<D>, spread_m2: Option<&SMatrix<f32, D, D>>) -> Option<Features<D>> {
         let stencil = self.lattice.stencil_at(&place.middle_m())?;
+        let blurred;
         let kernel = match spread_m2 {
-            Some(spread_m2) => self.kernel.blurred(spread_m2),
-            None => self.kernel,
+            Some(spread_m2) => {
+                blurred = self.kernel.blurred(spread_m2);
+                &blurred
+            }
+            None => &self.kernel,
         };
         let mut features = Features { stencil, values: Vec::new(), bias: 0.0 };
         match place {
@@ -111,7 +115,7 @@ impl<'s, const D: usize> Basis<'s, D> {
                 let Stencil { from_first_m, .. } = &stencil;
                 let Lattice { spacing_m, stencil: width, .. } = self.lattice;
                 let values = &mut features.values;
-                self.supports.everywhere.over_lattice(&kernel, from_first_m, spacing_m, width, |value| {
+                self.supports.everywhere.over_lattice(kernel, from_first_m, spacing_m, width, |value| {
                     let _ = values.push(value);
                 });
                 if values.len() != self.lattice.stencil_nodes() {
@@ -120,7 +124,7 @@ impl<'s, const D: usize> Basis<'s, D> {
             }
             Place::Point(_) => {
                 for (node, displacement) in self.nodes(&stencil) {
-                    let value = self.supports.at(&node).feature(&kernel, &displacement);
+                    let value = self.supports.at(&node).feature(kernel, &displacement);
                     features.values.push(value).ok()?;
                 }
             }
@@ -129,10 +133,8 @@ impl<'s, const D: usize> Basis<'s, D> {
                 for (node, middle) in self.nodes(&stencil) {
                     let support = self.supports.at(&node);
                     let value = match self.segments {
-                        Averaging::Exact => support.segment_feature(&kernel, &middle, &along),
-                        Averaging::Samples(count) => {
-                            sampled(count, |x| support.feature(&kernel, &(middle + along * x)))
-                        }
+                        Averaging::Exact => support.segment_feature(kernel, &middle, &along),
+                        Averaging::Samples(count) => sampled(count, |x| support.feature(kernel, &(middle + along * x))),
                     };
                     features.values.push(value).ok()?;
                 }

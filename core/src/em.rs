@@ -18,7 +18,7 @@
 
 use crate::{
     posterior::{Moments, NotPositiveDefinite, Posterior, Rows, Scratch, Site},
-    rule::{AnyRule, Observation, UpdateRule, with_rule},
+    rule::{AnyRule, Observation, UpdateRule},
 };
 
 /// What one update of one posterior did.
@@ -54,17 +54,6 @@ pub fn update<const M: usize, const B: usize>(
     passes: u32,
     scratch: &mut Scratch<M, B>,
 ) -> Result<UpdateReport, NotPositiveDefinite> {
-    with_rule!(rule, |rule| run(posterior, rows, rule, passes, scratch))
-}
-
-#[inline(always)]
-fn run<const M: usize, const B: usize>(
-    posterior: &mut Posterior<M, B>,
-    rows: &mut Rows<'_>,
-    rule: &impl UpdateRule,
-    passes: u32,
-    scratch: &mut Scratch<M, B>,
-) -> Result<UpdateReport, NotPositiveDefinite> {
     let mut report = UpdateReport::default();
     if rows.is_empty() {
         return Ok(report);
@@ -72,10 +61,11 @@ fn run<const M: usize, const B: usize>(
     start(posterior, rows, rule);
     let mut best: Option<Kept> = None;
     let mut failure = NotPositiveDefinite { row: 0 };
+    let mut refused = 0;
     for pass in 0..passes.max(1) {
         report.passes += 1;
-        let factored =
-            scratch.factor(&posterior.information, &posterior.border_information, posterior.bias_information, rows);
+        let Posterior { information, border_information, bias_information, .. } = &*posterior;
+        let factored = scratch.factor(information, border_information, *bias_information, rows, &mut refused);
         let candidate = match factored {
             Ok(inflation) => {
                 report.conditioned += u32::from(inflation > 0.0);
@@ -133,7 +123,7 @@ struct Kept {
 
 /// Reads the prior's moments and asks the rule for the first sites.
 #[inline(always)]
-fn start<const M: usize, const B: usize>(posterior: &Posterior<M, B>, rows: &mut Rows<'_>, rule: &impl UpdateRule) {
+fn start<const M: usize, const B: usize>(posterior: &Posterior<M, B>, rows: &mut Rows<'_>, rule: &AnyRule) {
     let view = posterior.view();
     for (row, state) in rows.iter_mut() {
         let current = view.moments(row, state.bias);
@@ -150,7 +140,7 @@ fn evaluate<const M: usize, const B: usize>(
     after: [f32; 2],
     inflated: f32,
     rows: &mut Rows<'_>,
-    rule: &impl UpdateRule,
+    rule: &AnyRule,
     scratch: &Scratch<M, B>,
 ) -> f32 {
     let mut likelihood = 0.0;

@@ -144,10 +144,11 @@ impl Settings {
     /// The first setting that cannot be used, or what the table's supports make impossible.
     pub fn model_with<'s>(&self, table: SupportTable<'s, 2>) -> Result<Model<'s>, SettingsError> {
         self.check_numbers()?;
-        let basis = self.basis(table);
-        let tiling =
-            Tiling { lattice: basis.lattice, width: self.tile_width, stride: self.tile_stride, tiles: self.tile_count };
+        let lattice = self.lattice();
+        let tiling = Tiling { lattice, width: self.tile_width, stride: self.tile_stride, tiles: self.tile_count };
+        // First: to make a basis is to walk over a stencil, which settings from outside may claim to be of any width.
         tiling.check(tiling.window(&[0, 0]).supports(), usize::MAX)?;
+        let basis = self.basis(table);
         let cut_off = basis.cut_off();
         if cut_off.is_nan() || cut_off > MAX_CUT_OFF {
             return Err(SettingsError::CutOff { cut_off, stencil: self.stencil });
@@ -173,8 +174,11 @@ impl Settings {
             size: self.support_size,
             averaging: self.support_averaging,
         });
-        let lattice = Lattice { origin_m: Point::from(self.origin_m), spacing_m, stencil: self.stencil };
-        Basis::new(lattice, kernel, Supports { everywhere, table }, self.segment_averaging, self.bias)
+        Basis::new(self.lattice(), kernel, Supports { everywhere, table }, self.segment_averaging, self.bias)
+    }
+
+    fn lattice(&self) -> Lattice<2> {
+        Lattice { origin_m: Point::from(self.origin_m), spacing_m: self.spacing_m, stencil: self.stencil }
     }
 
     fn check_numbers(&self) -> Result<(), SettingsError> {
@@ -247,5 +251,19 @@ impl Model<'_> {
     #[must_use]
     pub fn view<T: TileSource<M, B>, const M: usize, const B: usize>(&self, tiles: T) -> MapView<'_, T, M, B> {
         MapView { basis: &self.basis, tiling: &self.tiling, prior: &self.prior, tiles }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{profile, tile::TilingError};
+
+    #[test]
+    fn a_stencil_of_any_width_is_refused_at_once() {
+        // Walked over, it has 10¹³ nodes.
+        let settings = Settings { stencil: 1 << 22, bias: true, ..profile::COMPACT.settings };
+        let refused = settings.model().expect_err("no tile is as wide");
+        assert_eq!(refused, TilingError::Stencil { stencil: 1 << 22 }.into());
     }
 }

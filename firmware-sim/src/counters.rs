@@ -105,6 +105,8 @@ counters! {
     safeguards,
     /// Passes that `f32` could factor only with a little more on the diagonal.
     conditioned,
+    /// Scans that took longer than the deadline from being received to being integrated or refused.
+    deadlines_missed,
     /// Posteriors published.
     published,
     /// Posteriors that could not be published.

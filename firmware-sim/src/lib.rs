@@ -1,6 +1,6 @@
 //! The onboard program: receives scans, learns them, publishes the posterior, keeps evicted tiles and brings them back.
 //!
-//! The loop is [`Onboard`]. It is portable: no `std`, no heap, no clock, and everything it touches stands behind two
+//! The loop is [`Onboard`]. It is portable: no `std`, no heap, no clock of its own, and everything it touches stands behind two
 //! traits. [`Link`] is the world (shared memory here, a serial line on a microcontroller), [`OnboardMap`] is the map.
 //! Whatever happens is counted by name in [`Counters`].
 //!
@@ -10,6 +10,8 @@
 #[cfg(any(test, feature = "ipc"))]
 extern crate std;
 
+mod archive;
+pub mod budget;
 mod counters;
 #[cfg(feature = "ipc")]
 mod ipc;
@@ -20,12 +22,13 @@ pub mod serial;
 #[cfg(test)]
 mod tests;
 
+pub use archive::LentArchive;
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
 pub use ipc::{
     BridgeCounters, BridgeError, BridgeOptions, BridgePort, BridgeSummary, FinishFailed, OnboardError, OnboardOptions,
     Summary, run_bridge, run_onboard,
 };
-pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
+pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable, UpdateTime};
 pub use map::{LentMap, OnboardMap};
 pub use onboard::{End, Onboard, Options, Step, Until};

@@ -30,6 +30,13 @@ pub trait Link<const M: usize, const B: usize> {
     /// If the link failed; the loop counts it and goes on.
     fn report(&mut self, report: &Report<'_>) -> Result<(), Self::Fault>;
 
+    /// What a clock that never goes back shows, nanoseconds since whenever it began; `None` in a world without one.
+    ///
+    /// It is read to say how long updates take ([`UpdateTime`]) and which of them are too slow, and never changes a map.
+    fn now_ns(&mut self) -> Option<u64> {
+        None
+    }
+
     /// Whether the world has not been shown yet what was published: the loop then publishes again instead of waiting.
     fn behind(&self) -> bool {
         false
@@ -67,6 +74,9 @@ pub struct IncomingScan<'a> {
     pub sequence: u64,
     /// Whether the source said that it is its last.
     pub last: bool,
+    /// What the link's clock ([`Link::now_ns`]) showed when the link had the scan; `None` without a clock. A loop cannot ask
+    /// for it later: until the scan is learned, it is borrowed from the link.
+    pub received_ns: Option<u64>,
     /// The scan; not yet judged.
     pub scan: Scan<'a>,
 }
@@ -104,4 +114,22 @@ pub struct Report<'a> {
     pub ended: bool,
     /// Everything that happened.
     pub counters: &'a Counters,
+    /// How long updates took; `None` before the first, and without a clock.
+    pub update: Option<UpdateTime>,
+}
+
+/// How long scans took from being received to being integrated or refused, by the link's clock. Publishing is no part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UpdateTime {
+    /// The last, nanoseconds.
+    pub last_ns: u64,
+    /// The slowest so far, nanoseconds.
+    pub slowest_ns: u64,
+}
+
+impl UpdateTime {
+    /// With one more, which took so long.
+    pub(crate) fn after(earlier: Option<Self>, last_ns: u64) -> Self {
+        Self { last_ns, slowest_ns: earlier.map_or(last_ns, |earlier| earlier.slowest_ns.max(last_ns)) }
+    }
 }

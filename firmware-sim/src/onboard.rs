@@ -1,6 +1,6 @@
 use bhm_core::geometry::Pose;
 
-use crate::{Counters, Incoming, IncomingScan, Link, News, OnboardMap, Patience, Report, Unusable};
+use crate::{Counters, Incoming, IncomingScan, Link, News, OnboardMap, Patience, Report, Unusable, UpdateTime};
 
 /// How the loop behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,8 +8,19 @@ pub struct Options {
     /// Most scans between two publications. Publishing copies every resident tile, so that a backlog is worked off faster
     /// the larger this is; as soon as no scan waits, the posterior is published anyway.
     pub publish_every: u32,
+    /// How long a posterior that is not published yet waits for another scan to share the publication with, nanoseconds; 0
+    /// to publish as soon as no scan waits. For lines on which a publication takes longer than a scan; needs a link with a
+    /// clock.
+    pub linger_ns: u64,
     /// When the loop ends by itself.
     pub until: Until,
+    /// How long a scan may take from being received to being integrated, or refused, nanoseconds; `None` for as long as it
+    /// takes. One that takes longer is counted as missed and nothing else: what it taught the map stays. Needs a link with
+    /// a clock, without which nothing is ever missed.
+    ///
+    /// Publishing is no part of it, since several scans may share a publication (`publish_every`); nor is the time that a
+    /// scan lay waiting before the link received it, which shows as scans `lost`.
+    pub deadline_ns: Option<u64>,
 }
 
 /// When the loop ends by itself.
@@ -23,7 +34,7 @@ pub enum Until {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { publish_every: 1, until: Until::Stopped }
+        Self { publish_every: 1, linger_ns: 0, until: Until::Stopped, deadline_ns: None }
     }
 }
 
@@ -56,7 +67,10 @@ where
     link: L,
     learner: Learner<P>,
     options: Options,
+    update: Option<UpdateTime>,
     unpublished: u32,
+    /// When the newest scan was dealt with, by the link's clock.
+    learned_ns: Option<u64>,
     last_fault: Option<L::Fault>,
 }
 
@@ -82,7 +96,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
             ended: false,
             map_from_sensor: Pose::default(),
         };
-        Self { link, learner, options, unpublished: 0, last_fault: None }
+        Self { link, learner, options, update: None, unpublished: 0, learned_ns: None, last_fault: None }
     }
 
     /// The map.
@@ -101,6 +115,12 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
     #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.learner.counters
+    }
+
+    /// How long updates took; `None` before the first, and without a clock.
+    #[must_use]
+    pub fn update_time(&self) -> Option<UpdateTime> {
+        self.update
     }
 
     /// What the link last said when it failed.
@@ -137,9 +157,12 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
         let patience = if self.is_unpublished() { Patience::None } else { Patience::Some };
         match self.link.receive(patience) {
             Ok(Incoming::Scan(incoming)) => {
-                let last = incoming.last;
-                self.learner.learn(&incoming);
+                let IncomingScan { last, received_ns, .. } = incoming;
+                if self.learner.learn(&incoming) {
+                    self.time(received_ns);
+                }
                 self.unpublished += 1;
+                self.learned_ns = self.link.now_ns();
                 if last || self.unpublished >= self.options.publish_every {
                     self.publish();
                 }
@@ -150,7 +173,11 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
             }
             Ok(Incoming::Unusable(Unusable::Unreadable)) => self.learner.counters.unreadable += 1,
             Ok(Incoming::Unusable(Unusable::ForAnother)) => self.learner.counters.for_another += 1,
-            Ok(Incoming::Nothing) => self.publish_the_rest(),
+            Ok(Incoming::Nothing) => {
+                if !self.lingers() {
+                    self.publish_the_rest();
+                }
+            }
             Ok(Incoming::Stop) => {
                 // Once, whether or not it succeeds: a world that is gone never catches up.
                 self.publish_the_rest();
@@ -164,8 +191,27 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
         Step::Continue
     }
 
+    /// Takes note of how long the update took that has just ended.
+    fn time(&mut self, received_ns: Option<u64>) {
+        let (Some(received_ns), Some(now_ns)) = (received_ns, self.link.now_ns()) else { return };
+        // A clock that goes back although it must not says nothing; it does not say that five centuries went by.
+        let took_ns = now_ns.saturating_sub(received_ns);
+        self.update = Some(UpdateTime::after(self.update, took_ns));
+        let missed = self.options.deadline_ns.is_some_and(|deadline_ns| took_ns > deadline_ns);
+        self.learner.counters.deadlines_missed += u64::from(missed);
+    }
+
     fn is_unpublished(&self) -> bool {
         self.unpublished > 0 || self.link.behind()
+    }
+
+    /// Whether another scan may still share the next publication.
+    fn lingers(&mut self) -> bool {
+        if self.options.linger_ns == 0 || self.link.behind() {
+            return false;
+        }
+        let (Some(learned_ns), Some(now_ns)) = (self.learned_ns, self.link.now_ns()) else { return false };
+        self.unpublished > 0 && now_ns.saturating_sub(learned_ns) < self.options.linger_ns
     }
 
     fn publish_the_rest(&mut self) {
@@ -196,7 +242,8 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
 
     fn report(&mut self) {
         let Learner { counters, handled, ended, .. } = &mut self.learner;
-        if let Err(fault) = self.link.report(&Report { handled: *handled, ended: *ended, counters }) {
+        let report = Report { handled: *handled, ended: *ended, counters, update: self.update };
+        if let Err(fault) = self.link.report(&report) {
             counters.report_failed += 1;
             self.last_fault = Some(fault);
         }
@@ -204,18 +251,18 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
 }
 
 impl<P> Learner<P> {
-    /// Deals with a scan: once this returns, it is integrated, or refused and counted.
-    fn learn<const M: usize, const B: usize>(&mut self, incoming: &IncomingScan<'_>)
+    /// Deals with a scan: once this returns, it is integrated, or refused and counted. False if it had been dealt with before.
+    fn learn<const M: usize, const B: usize>(&mut self, incoming: &IncomingScan<'_>) -> bool
     where
         P: OnboardMap<M, B>,
     {
-        let IncomingScan { source, sequence, last, scan } = *incoming;
+        let IncomingScan { source, sequence, last, scan, .. } = *incoming;
         self.counters.received += 1;
         match self.handled {
             Some((heard, newest)) if heard == source => {
                 if sequence <= newest {
                     self.counters.duplicates += 1;
-                    return;
+                    return false;
                 }
                 // Saturating, because a source may send any number.
                 self.counters.lost = self.counters.lost.saturating_add(sequence - newest - 1);
@@ -233,5 +280,6 @@ impl<P> Learner<P> {
         self.handled = Some((source, sequence));
         self.ended = last;
         self.counters.sources_ended += u64::from(last);
+        true
     }
 }

@@ -27,11 +27,19 @@ enum Seen {
     Reported { handled: Option<(u64, u64)>, ended: bool },
 }
 
+/// A clock that each scan in turn lets run for so long, from being received to being learned.
+struct FakeClock {
+    now_ns: u64,
+    updates_ns: VecDeque<u64>,
+}
+
 #[derive(Default)]
 struct FakeLink {
     events: VecDeque<Event>,
     seen: Vec<Seen>,
+    updates: Vec<Option<UpdateTime>>,
     publish_fails: bool,
+    clock: Option<FakeClock>,
 }
 
 impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
@@ -47,19 +55,31 @@ impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
             Some(Event::Fault) => Err("receive"),
             Some(Event::Unusable(why)) => Ok(Incoming::Unusable(why)),
             Some(Event::Scan { source, sequence, last }) => {
-                Ok(Incoming::Scan(IncomingScan { source, sequence, last, scan: scan(sequence) }))
+                let received_ns = self.clock.as_ref().map(|clock| clock.now_ns);
+                Ok(Incoming::Scan(IncomingScan { source, sequence, last, received_ns, scan: scan(sequence) }))
             }
         }
     }
 
     fn publish(&mut self, _: &Mapper<'_, M, B>, news: &News) -> Result<(), &'static str> {
         self.seen.push(Seen::Published(*news));
+        if let Some(clock) = &mut self.clock {
+            // An hour: were publishing part of an update, every deadline would be missed.
+            clock.now_ns += 3_600_000_000_000;
+        }
         if self.publish_fails { Err("publish") } else { Ok(()) }
     }
 
     fn report(&mut self, report: &Report<'_>) -> Result<(), &'static str> {
         self.seen.push(Seen::Reported { handled: report.handled, ended: report.ended });
+        self.updates.push(report.update);
         Ok(())
+    }
+
+    fn now_ns(&mut self) -> Option<u64> {
+        let clock = self.clock.as_mut()?;
+        clock.now_ns += clock.updates_ns.pop_front().expect("read once a scan");
+        Some(clock.now_ns)
     }
 }
 
@@ -257,6 +277,45 @@ fn a_publication_that_fails_is_counted_and_the_loop_goes_on() {
     // Once to begin with, once a scan.
     assert_eq!((onboard.counters().publish_failed, onboard.counters().published), (4, 0));
     assert_eq!((onboard.counters().integrated, onboard.last_fault()), (3, Some(&"publish")));
+}
+
+/// A loop over scans of which the first two come twice and the third is refused; each update takes as long as stated.
+fn timed(updates_ns: Option<[u64; 5]>, deadline_ns: Option<u64>) -> Onboard<lent::Map, FakeLink, 144, 40> {
+    let clock = updates_ns.map(|updates_ns| FakeClock { now_ns: u64::MAX / 2, updates_ns: updates_ns.into() });
+    let link = FakeLink { events: sent(1, [1, 2, 1, 2, 13, 14, 15]).collect(), clock, ..FakeLink::default() };
+    let mut onboard = Onboard::new(lent::map(8), link, Options { deadline_ns, ..Options::default() });
+    assert_eq!(onboard.run(), End::Stopped);
+    assert_eq!((onboard.counters().integrated, onboard.counters().rejected()), (4, 1));
+    onboard
+}
+
+#[test]
+fn updates_slower_than_the_deadline_are_counted_and_nothing_else() {
+    const UPDATES_NS: [u64; 5] = [40, 101, 300, 100, 7];
+    // At the deadline is in time; a scan that is refused too late is late as well; publishing takes an hour each time.
+    for (deadline_ns, missed) in
+        [(None, 0), (Some(300), 0), (Some(299), 1), (Some(101), 1), (Some(100), 2), (Some(7), 4), (Some(0), 5)]
+    {
+        let onboard = timed(Some(UPDATES_NS), deadline_ns);
+        assert_eq!(onboard.counters().deadlines_missed, missed, "{deadline_ns:?}");
+        assert_eq!(onboard.update_time(), Some(UpdateTime { last_ns: 7, slowest_ns: 300 }));
+        let plain = Counters { deadlines_missed: 0, ..*onboard.counters() };
+        assert_eq!(plain, *timed(None, None).counters(), "all else is as without a clock");
+    }
+    // One report to begin with, one a message, duplicates included.
+    let update = |last_ns, slowest_ns| Some(UpdateTime { last_ns, slowest_ns });
+    let two = update(101, 101);
+    assert_eq!(
+        timed(Some(UPDATES_NS), None).link().updates,
+        [None, update(40, 40), two, two, two, update(300, 300), update(100, 300), update(7, 300)]
+    );
+}
+
+#[test]
+fn without_a_clock_no_deadline_is_missed() {
+    let onboard = timed(None, Some(0));
+    assert_eq!((onboard.counters().deadlines_missed, onboard.update_time()), (0, None));
+    assert!(onboard.link().updates.iter().all(Option::is_none));
 }
 
 #[test]

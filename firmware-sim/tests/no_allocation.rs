@@ -79,7 +79,7 @@ fn memory_does_not_grow_once_the_loop_runs() {
     let supports = LearnedSupports::new([0.0; 2], 0.5, window, gaussians, learned_with).expect("good supports");
     let supports = supports.interned();
     let profile = Profile { settings: PROFILE.settings.fitted(supports.table()), ..PROFILE };
-    let run = Options { publish_every: 3, until: Until::SourceEnds };
+    let run = Options { publish_every: 3, linger_ns: 0, until: Until::SourceEnds, deadline_ns: Some(1) };
     let options = OnboardOptions { run, consumers: 2, path_poses: 16, supports: Some(supports) };
     let never = AtomicBool::new(false);
     thread::scope(|scope| {

@@ -34,6 +34,11 @@ pub struct LabelledPlace {
     pub occupied: bool,
 }
 
+impl LabelledPlace {
+    /// Room for an observation, for a `static`; on a computer allocate it zeroed instead, which is as good a value.
+    pub const VACANT: Self = Self { place: Place::Point(Point::<2>::new(0.0, 0.0)), occupied: false };
+}
+
 /// Turns a beam into observations, the same ones whenever it is given the same beam.
 pub trait BeamRule {
     /// The rule that a configuration describes.

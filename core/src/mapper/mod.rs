@@ -19,7 +19,7 @@ use crate::{
     posterior::{Prior, RowError, Rows},
     scan::Scan,
     settings::{Model, Settings, SettingsError},
-    tile::{Archive, MapView, Occupancy, OccupancyGradient, Tile, TileStore, TileStoreFull, Tiling, row_of},
+    tile::{Archive, MapView, Occupancy, OccupancyGradient, Tile, TileStore, TileStoreFull, Tiling, entries_of},
 };
 
 /// A map that learns: settings, and the memory that the caller lent.
@@ -221,8 +221,8 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
                 }
                 let spread = widening(place).map(|(spread, _)| spread);
                 let Some(features) = basis.features_of(&place.place, spread.as_ref()) else { continue };
-                let row = row_of(&features, &window, stencil);
-                match rows.push::<M, B>(row, features.bias, place.occupied) {
+                let entries = entries_of(&features, &window, stencil);
+                match rows.push::<M, B>(entries, features.bias, place.occupied) {
                     Ok(()) => report.rows += 1,
                     Err(RowError::Full) => report.rows_over_capacity += 1,
                     Err(_) => report.rows_refused += 1,

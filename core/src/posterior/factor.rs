@@ -5,18 +5,32 @@
 //!
 //! These loops are `inline(always)` so that a caller compiled for wider vectors gets them in its own instruction set.
 
-use super::{Band, NotPositiveDefinite, Rows, Scratch, rows::add_outer};
+use super::{Band, NotPositiveDefinite, Rows, Scratch, runs::add_outer};
 
-/// Calls `$body` with panels of the given widths, as many of the first as fit, then of the second, …, covering `0..$width`:
-/// the columns of a target row that are held in registers while its sources stream by. The last width must be 1.
+/// Covers the columns `0..$width` of a target row with panels that are held in registers while their sources stream by, and
+/// calls `$body` with each: as many as fit of the first width, then of the second, … The last width must be 1.
+///
+/// How wide is the processor's to say, and changes no bit of the result. `vectors` fill those of SSE2, AVX2 or NEON; `scalars`
+/// leave a processor with 32 single registers room for a weight and what is being loaded.
 macro_rules! for_each_panel {
-    ($width:expr, [$($panel:literal),*], |$start:ident, $N:ident| $body:block) => {{
+    ($width:expr, vectors [$($vector:literal),*], scalars [$($scalar:literal),*], |$start:ident, $N:ident| $body:block) => {{
         let mut $start = 0;
-        $(while $width - $start >= $panel {
-            const $N: usize = $panel;
-            $body
-            $start += $panel;
-        })*
+        #[cfg(any(target_feature = "sse2", target_feature = "neon"))]
+        {
+            $(while $width - $start >= $vector {
+                const $N: usize = $vector;
+                $body
+                $start += $vector;
+            })*
+        }
+        #[cfg(not(any(target_feature = "sse2", target_feature = "neon")))]
+        {
+            $(while $width - $start >= $scalar {
+                const $N: usize = $scalar;
+                $body
+                $start += $scalar;
+            })*
+        }
     }};
 }
 pub(super) use for_each_panel;
@@ -63,6 +77,9 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
     /// [`INFLATIONS`]: as if each weight had been observed to be where it is, that much. Answers the `j` it took, 0 in
     /// ordinary updates.
     ///
+    /// `refused` is how many of them failed for these rows before: they are not tried again, so that all passes of an update
+    /// together make at most as many factorisations as passes and two more.
+    ///
     /// # Errors
     /// The first pivot that is not a positive number, if the largest `j` did not help.
     #[inline(always)]
@@ -72,9 +89,12 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         border: &[f32; M],
         corner: f32,
         rows: &Rows<'_>,
+        refused: &mut usize,
     ) -> Result<f32, NotPositiveDefinite> {
         let mut failure = NotPositiveDefinite { row: 0 };
-        for inflation in INFLATIONS {
+        // The last is tried in any case: the sites are others in each pass.
+        for inflation in &INFLATIONS[(*refused).min(INFLATIONS.len() - 1)..] {
+            let inflation = *inflation;
             self.assemble(|i| information[i], border, corner);
             for (row, state) in rows.iter() {
                 add_outer(&mut self.work, row, state.site.curvature);
@@ -94,6 +114,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
                 Ok(()) => return Ok(inflation),
                 Err(error) => failure = error,
             }
+            *refused += 1;
         }
         Err(failure)
     }
@@ -122,7 +143,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
             let (done, rest) = flat.split_at_mut(i * ld);
             let Some(row) = rest.first_chunk_mut::<B>() else { break };
             let before = row[0];
-            for_each_panel!(B, [24, 16, 8, 1], |start, N| {
+            for_each_panel!(B, vectors [24, 16, 8, 1], scalars [16, 8, 4, 1], |start, N| {
                 if let Some(target) = row[start..].first_chunk_mut::<N>() {
                     // The row k above contributes U[i−k][k] times its own entries from column k on. These starts lie ld − 1
                     // apart, so that counted from the end the chunks of that length begin with them. It reaches B − k columns

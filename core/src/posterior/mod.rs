@@ -11,6 +11,7 @@ mod factor;
 mod forget;
 mod prior;
 mod rows;
+mod runs;
 mod selected_inverse;
 
 pub use prior::{BiasPrior, Prior};
@@ -149,7 +150,7 @@ impl<const M: usize, const B: usize> Posterior<M, B> {
     /// `Λ += c φφᵀ`, in the order in which [`Scratch::factor`] did it, so that `Σ` remains its inverse bit for bit.
     #[inline(always)]
     pub(crate) fn learn(&mut self, row: &[Entry], bias: f32, curvature: f32) {
-        rows::add_outer(&mut self.information, row, curvature);
+        runs::add_outer(&mut self.information, row, curvature);
         if bias != 0.0 {
             for entry in row {
                 self.border_information[entry.index()] += curvature * bias * entry.value;
@@ -210,7 +211,7 @@ impl<const M: usize, const B: usize> PosteriorView<'_, M, B> {
     #[inline(always)]
     #[must_use]
     pub fn moments(&self, entries: &[Entry], bias: f32) -> Moments {
-        let mut variance = rows::quadratic_form(entries, |i| self.covariance.get(i));
+        let mut variance = runs::quadratic_form(entries, |i| self.covariance.get(i));
         if bias != 0.0 {
             let coupled: f32 =
                 entries.iter().map(|e| e.value * self.border_covariance.get(e.index()).copied().unwrap_or(0.0)).sum();

@@ -1,7 +1,5 @@
 use core::fmt;
 
-use super::Band;
-
 /// One non-zero of a row φ.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,6 +46,14 @@ pub struct RowState {
     pub(crate) variance: f32,
     pub(crate) site: Site,
     pub(crate) best: Site,
+}
+
+impl RowState {
+    /// Room for a row, for a `static`; on a computer allocate it zeroed instead, which is the same value.
+    pub const ZERO: Self = {
+        let site = Site { curvature: 0.0, pull: 0.0, xi: 0.0 };
+        Self { end: 0, label: 0.0, bias: 0.0, prior_mean: 0.0, mean: 0.0, variance: 0.0, site, best: site }
+    };
 }
 
 /// A row that cannot be learned from.
@@ -198,94 +204,4 @@ impl<'m> Rows<'m> {
             (row, state)
         })
     }
-}
-
-/// Storage whose rows begin with the upper half of a band.
-pub(crate) trait UpperRows<const B: usize> {
-    fn upper_mut(&mut self, row: usize) -> &mut [f32; B];
-}
-
-impl<const M: usize, const B: usize> UpperRows<B> for Band<M, B> {
-    #[inline(always)]
-    fn upper_mut(&mut self, row: usize) -> &mut [f32; B] {
-        &mut self[row]
-    }
-}
-
-impl<const M: usize, const B: usize> UpperRows<B> for [[[f32; B]; 2]; M] {
-    #[inline(always)]
-    fn upper_mut(&mut self, row: usize) -> &mut [f32; B] {
-        &mut self[row][0]
-    }
-}
-
-/// A row spread out over the band: `[j]` belongs to the weight `j` after the first, zero where the row has none.
-///
-/// Twice as long as the band, so that every shift of it can be read over a full band: loops of fixed length that
-/// vectorise, where pairs of entries would not.
-struct Spread<const B: usize>([[f32; B]; 2]);
-
-impl<const B: usize> Spread<B> {
-    #[inline(always)]
-    fn new(row: &[Entry]) -> Self {
-        let mut spread = [[0.0; B]; 2];
-        if let Some(first) = row.first() {
-            let flat = spread.as_flattened_mut();
-            for entry in row {
-                if let Some(slot) = flat.get_mut(entry.index() - first.index()) {
-                    *slot = entry.value;
-                }
-            }
-        }
-        Self(spread)
-    }
-
-    /// The row from its entry `shift` on.
-    #[inline(always)]
-    fn from(&self, shift: usize) -> Option<&[f32; B]> {
-        self.0.as_flattened().get(shift..shift + B)?.first_chunk()
-    }
-}
-
-/// `matrix += weight · φφᵀ` on the band; φ was checked when it was pushed.
-#[inline(always)]
-pub(crate) fn add_outer<const B: usize>(matrix: &mut impl UpperRows<B>, row: &[Entry], weight: f32) {
-    let spread = Spread::<B>::new(row);
-    for entry in row {
-        let Some(source) = spread.from(entry.index() - row[0].index()) else { continue };
-        let scaled = weight * entry.value;
-        for (target, value) in matrix.upper_mut(entry.index()).iter_mut().zip(source) {
-            *target += scaled * value;
-        }
-    }
-}
-
-/// `φᵀΣφ` from the upper half of Σ's band, given row by row.
-#[inline(always)]
-pub(crate) fn quadratic_form<'s, const B: usize>(row: &[Entry], upper: impl Fn(usize) -> Option<&'s [f32; B]>) -> f32 {
-    let spread = Spread::<B>::new(row);
-    let mut lanes = [0.0; B];
-    for entry in row {
-        let shift = entry.index() - row[0].index();
-        let (Some(sigma), Some(source)) = (upper(entry.index()), spread.from(shift)) else { continue };
-        for ((lane, sigma), value) in lanes.iter_mut().zip(sigma).zip(source) {
-            *lane += entry.value * (sigma * value);
-        }
-    }
-    // Lane 0 is the diagonal; every other entry stands for two.
-    2.0 * sum(&lanes) - lanes[0]
-}
-
-/// The sum, in eight lanes: vectorises, and rounds less than one after the other.
-#[inline(always)]
-fn sum(values: &[f32]) -> f32 {
-    let mut lanes = [0.0; 8];
-    let (chunks, rest) = values.as_chunks::<8>();
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = lanes;
-    ((a + e) + (b + f)) + ((c + g) + (d + h)) + rest.iter().sum::<f32>()
 }

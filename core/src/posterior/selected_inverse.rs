@@ -8,7 +8,7 @@
 use super::{
     Band, Entry, Moments, Scratch,
     factor::{dot, for_each_panel, subtract_sources},
-    rows::quadratic_form,
+    runs::quadratic_form,
 };
 
 impl<const M: usize, const B: usize> Scratch<M, B> {
@@ -44,7 +44,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
                 variance -= bias_weight * coupled;
                 border[i] = coupled;
             }
-            for_each_panel!(B, [40, 8, 1], |start, N| {
+            for_each_panel!(B, vectors [40, 8, 1], scalars [20, 16, 8, 4, 1], |start, N| {
                 if let Some(target) = sigma[start..].first_chunk_mut::<N>() {
                     // Row i + 1 + k has its entry with column i + 1 + start that much left of its diagonal: the starts of the
                     // sources lie ld − 1 apart.

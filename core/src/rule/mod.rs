@@ -55,13 +55,23 @@ macro_rules! rules {
             }
         }
 
-        /// Runs `$body` with the concrete rule, so that its arithmetic is inlined into the passes.
-        macro_rules! with_rule {
-            ($value:expr, |$bound:ident| $body:expr) => {
-                match $value { $($crate::rule::AnyRule::$rule($bound) => $body),* }
-            };
+        // Asked row by row: next to what a row costs the choice is nothing, and the passes are compiled once for all rules.
+        impl UpdateRule for AnyRule {
+            #[inline(always)]
+            fn first_site(&self, observation: &Observation) -> Site {
+                match self { $(Self::$rule(rule) => rule.first_site(observation)),* }
+            }
+
+            #[inline(always)]
+            fn next_site(&self, observation: &Observation) -> Site {
+                match self { $(Self::$rule(rule) => rule.next_site(observation)),* }
+            }
+
+            #[inline(always)]
+            fn expected_log_likelihood(&self, observation: &Observation, site: &Site) -> f32 {
+                match self { $(Self::$rule(rule) => rule.expected_log_likelihood(observation, site)),* }
+            }
         }
-        pub(crate) use with_rule;
     };
 }
 

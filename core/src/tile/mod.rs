@@ -4,7 +4,7 @@ mod query;
 mod store;
 mod tiling;
 
-pub(crate) use query::row_of;
+pub(crate) use query::entries_of;
 pub use query::{MapView, Occupancy, OccupancyGradient, TileSource};
 pub use store::{Archive, Claimed, DirectoryEntry, NoArchive, TileStore, TileStoreFull};
 pub use tiling::{Tiling, TilingError};

@@ -115,7 +115,8 @@ impl<T: TileSource<M, B>, const M: usize, const B: usize> MapView<'_, T, M, B> {
             let (weight, _) = self.tiling.weight(&index, &features.stencil);
             match self.tiles.posterior(&index) {
                 Some(tile) => {
-                    let row = row_of(&features, &self.tiling.window(&index), self.basis.lattice.stencil);
+                    let row: Row =
+                        entries_of(&features, &self.tiling.window(&index), self.basis.lattice.stencil).collect();
                     let moments = tile.moments(&row, features.bias);
                     mean += weight * moments.mean;
                     variance += weight * moments.variance;
@@ -137,7 +138,7 @@ impl<T: TileSource<M, B>, const M: usize, const B: usize> MapView<'_, T, M, B> {
         let (mut mean, mut variance) = (0.0, 0.0);
         for index in self.tiling.holding(&features.stencil.first) {
             let (weight, weight_slope) = self.tiling.weight(&index, &features.stencil);
-            let row = row_of(&features, &self.tiling.window(&index), self.basis.lattice.stencil);
+            let row: Row = entries_of(&features, &self.tiling.window(&index), self.basis.lattice.stencil).collect();
             let slope_row = |axis: usize| -> Row {
                 row.iter().zip(&slopes.values).map(|(e, d)| Entry { index: e.index, value: d[axis] }).collect()
             };
@@ -173,14 +174,16 @@ impl<T: TileSource<M, B>, const M: usize, const B: usize> MapView<'_, T, M, B> {
 
 /// The features as entries of one tile, whose window holds the stencil whole (else: no entries).
 #[inline(always)]
-pub(crate) fn row_of<const D: usize>(features: &Features<D>, window: &Window<D>, stencil: usize) -> Row {
-    let Some(base) = window.index_of_whole(&features.stencil.first, stencil) else { return Row::new() };
+pub(crate) fn entries_of<const D: usize>(
+    features: &Features<D>,
+    window: &Window<D>,
+    stencil: usize,
+) -> impl Iterator<Item = Entry> {
+    let base = window.index_of_whole(&features.stencil.first, stencil);
     let strides = window.strides();
-    crate::lattice::offsets([stencil; D])
-        .zip(&features.values)
-        .map(|(offset, value)| {
-            let index = base + offset.iter().zip(strides).map(|(o, stride)| o * stride).sum::<usize>();
-            Entry { index: index as u32, value: *value }
-        })
-        .collect()
+    let values = if base.is_some() { features.values.as_slice() } else { &[] };
+    crate::lattice::offsets([stencil; D]).zip(values).map(move |(offset, value)| {
+        let index = base.unwrap_or(0) + offset.iter().zip(strides).map(|(o, stride)| o * stride).sum::<usize>();
+        Entry { index: index as u32, value: *value }
+    })
 }

@@ -34,6 +34,11 @@ pub struct DirectoryEntry {
     slot: u32,
 }
 
+impl DirectoryEntry {
+    /// Room for an entry, for a `static`; on a computer allocate it zeroed instead, which is the same value.
+    pub const VACANT: Self = Self { index: [0, 0], slot: 0 };
+}
+
 /// A fixed number of tiles in lent memory, found by index in the time of a binary search.
 #[derive(Debug)]
 pub struct TileStore<'m, const M: usize, const B: usize> {

@@ -1,6 +1,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bhm_core::mapper::Mapper;
 use bhm_host::ipc::{
@@ -23,6 +23,7 @@ pub(super) struct SharedMemoryLink<'s, const M: usize, const B: usize> {
     status: StatusPublisher,
     _participant: Participant,
     mapper: u64,
+    opened: Instant,
     stop: &'s AtomicBool,
 }
 
@@ -40,7 +41,16 @@ impl<'s, const M: usize, const B: usize> SharedMemoryLink<'s, M, B> {
         let status = StatusPublisher::open(&participant, mapper)?;
         let posterior = PosteriorPublisher::open_with(&participant, mapper, slots, consumers, supports)?;
         let scans = ScanSink::open(&participant)?;
-        Ok(Self { held: None, scans, posterior, status, _participant: participant, mapper, stop })
+        Ok(Self {
+            held: None,
+            scans,
+            posterior,
+            status,
+            _participant: participant,
+            mapper,
+            opened: Instant::now(),
+            stop,
+        })
     }
 
     pub(super) fn mapper(&self) -> u64 {
@@ -74,6 +84,7 @@ impl<const M: usize, const B: usize> Link<M, B> for SharedMemoryLink<'_, M, B> {
             thread::sleep(AFTER_A_FAULT);
             return Err(fault);
         }
+        let received_ns = <Self as Link<M, B>>::now_ns(self);
         Ok(match self.held.as_ref().map(ScanSample::check) {
             None => Incoming::Nothing,
             Some(Err(_)) => Incoming::Unusable(Unusable::Unreadable),
@@ -84,6 +95,7 @@ impl<const M: usize, const B: usize> Link<M, B> for SharedMemoryLink<'_, M, B> {
                 source: numbered.address.source,
                 sequence: numbered.address.sequence,
                 last: numbered.address.place == Place::Last,
+                received_ns,
                 scan: numbered.scan,
             }),
         })
@@ -98,5 +110,10 @@ impl<const M: usize, const B: usize> Link<M, B> for SharedMemoryLink<'_, M, B> {
     fn report(&mut self, report: &Report<'_>) -> Result<(), IpcError> {
         let progress = Progress { handled: report.handled, ended: report.ended };
         self.status.publish(&progress, report.counters.iter())
+    }
+
+    fn now_ns(&mut self) -> Option<u64> {
+        // Nanoseconds need 64 bits after five centuries.
+        u64::try_from(self.opened.elapsed().as_nanos()).ok()
     }
 }

@@ -20,7 +20,7 @@ use bhm_host::{
     supports::LearnedSupports,
 };
 
-use crate::{Counters, End, Onboard, Options};
+use crate::{Counters, End, Onboard, Options, UpdateTime};
 pub use bridge::{BridgeCounters, BridgeError, BridgeOptions, BridgeSummary, run_bridge};
 pub use bridge_port::BridgePort;
 use link::SharedMemoryLink;
@@ -52,6 +52,8 @@ pub struct Summary {
     pub end: End,
     /// Everything that happened.
     pub counters: Counters,
+    /// How long updates took; `None` if there was none.
+    pub update: Option<UpdateTime>,
     /// What told this run from every other.
     pub mapper: u64,
     /// Where the sensor stood at the scans that were learned, thinned evenly if there were many.
@@ -122,11 +124,11 @@ fn run<const M: usize, const B: usize>(
     let map = OwnedMapper::<M, B>::with_supports(profile, supports)?;
     let mut onboard = Onboard::new(RecordedMap::new(map, path_poses), link, run);
     let end = onboard.run();
-    let counters = *onboard.counters();
+    let (counters, update) = (*onboard.counters(), onboard.update_time());
     let last_fault = onboard.last_fault().cloned();
     let (map, link) = onboard.into_parts();
     let (map, path) = map.into_parts();
-    let summary = Summary { end, counters, mapper, path, last_fault };
+    let summary = Summary { end, counters, update, mapper, path, last_fault };
     finish(&map, &summary).map_err(OnboardError::Finish)?;
     drop(link);
     Ok(summary)

@@ -32,7 +32,7 @@ const TIGHT: Profile =
     Profile { capacities: Capacities { tiles: 12, points: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
 
 const UNTIL_END: OnboardOptions = OnboardOptions {
-    run: Options { publish_every: 10, until: Until::SourceEnds },
+    run: Options { publish_every: 10, linger_ns: 0, until: Until::SourceEnds, deadline_ns: None },
     consumers: 2,
     path_poses: 64,
     supports: None,
@@ -187,6 +187,8 @@ fn a_replay_is_learned_whole_and_the_map_is_the_one_made_offline() {
                 assert_eq!(map.occupancy(&at), offline.occupancy(&at));
             }
             assert_eq!(summary.counters.integrated, SCANS);
+            let update = summary.update.expect("a computer has a clock");
+            assert!(0 < update.last_ns && update.last_ns <= update.slowest_ns, "{update:?}");
             Ok(())
         })
         .expect("no error")
@@ -230,7 +232,7 @@ fn a_live_source_loses_scans_and_each_loss_is_counted() {
     const SCANS: u64 = 3_000;
     let domain = domain();
     let stop = AtomicBool::new(false);
-    let slow = OnboardOptions { run: Options { publish_every: 1, until: Until::SourceEnds }, ..UNTIL_END };
+    let slow = OnboardOptions { run: Options { publish_every: 1, ..UNTIL_END.run }, ..UNTIL_END };
     let summary = thread::scope(|scope| {
         let mapper = scope.spawn(|| run_onboard(&TIGHT, &domain, &slow, &stop, |_, _| Ok(())));
         let here = joined(&domain);

@@ -36,6 +36,14 @@ pub trait Port {
     /// Rests until something happens, a byte that came before the call included, or a short while has passed.
     fn idle(&mut self);
 
+    /// Lets a moment pass, tens of microseconds, or less if a byte comes: between two looks of a loop that waits for nothing.
+    fn pause(&mut self) {}
+
+    /// What a clock that never goes back shows, nanoseconds; `None` without one. See [`Link::now_ns`].
+    fn now_ns(&mut self) -> Option<u64> {
+        None
+    }
+
     /// The most that the stack ever took, bytes, if that is known.
     fn stack_high_water_bytes(&mut self) -> Option<u32> {
         None
@@ -263,8 +271,11 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
 
     fn receive(&mut self, patience: Patience) -> Result<Incoming<'_>, Self::Fault> {
         let mut got = self.listen::<M, B>()?;
-        if got.is_none() && patience == Patience::Some {
-            self.port.idle();
+        if got.is_none() {
+            match patience {
+                Patience::Some => self.port.idle(),
+                Patience::None => self.port.pause(),
+            }
             got = self.listen::<M, B>()?;
         }
         Ok(match got {
@@ -272,8 +283,9 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
             Some(Got::Stop) => Incoming::Stop,
             Some(Got::Unusable(why)) => Incoming::Unusable(why),
             Some(Got::Scan(Header { source, sequence, last, scan, beams })) => {
+                let received_ns = self.port.now_ns();
                 let ranges_m = &self.buffers.ranges_m[..beams];
-                Incoming::Scan(IncomingScan { source, sequence, last, scan: Scan { ranges_m, ..scan } })
+                Incoming::Scan(IncomingScan { source, sequence, last, received_ns, scan: Scan { ranges_m, ..scan } })
             }
         })
     }
@@ -312,13 +324,17 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
             directory: self.directories,
             handled: report.handled,
             ended: report.ended,
-            last_update_ns: 0,
-            slowest_update_ns: 0,
+            last_update_ns: report.update.map_or(0, |update| update.last_ns),
+            slowest_update_ns: report.update.map_or(0, |update| update.slowest_ns),
             stack_high_water_bytes,
             counters: Bytes(counters),
             link: Bytes(&rest[..link]),
         });
         send(&mut self.port, &message, frame, &mut deframer.counters).map(|_| ())
+    }
+
+    fn now_ns(&mut self) -> Option<u64> {
+        self.port.now_ns()
     }
 
     fn behind(&self) -> bool {

@@ -9,7 +9,7 @@ use clap::Args;
 use tracing::info;
 
 use crate::{
-    live::{Meeting, said::Onboarded},
+    live::{Deadline, Meeting, said::Onboarded},
     options::MapOptions,
     output::{Output, Usage, table},
 };
@@ -32,6 +32,8 @@ pub(crate) struct Onboard {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     publish_every: u32,
     #[command(flatten)]
+    deadline: Deadline,
+    #[command(flatten)]
     map: MapOptions,
 }
 
@@ -49,7 +51,7 @@ impl Onboard {
         let (domain, stop) = self.meeting.enter()?;
         let until = if self.until_end { Until::SourceEnds } else { Until::Stopped };
         let onboard = OnboardOptions {
-            run: Options { publish_every: self.publish_every, until },
+            run: Options { publish_every: self.publish_every, until, linger_ns: 0, deadline_ns: self.deadline.ns() },
             consumers: self.consumers as usize,
             supports: options.table(),
             ..OnboardOptions::default()
@@ -69,6 +71,8 @@ impl Onboard {
                 tiles_resident,
                 tiles_archived,
                 counters: summary.counters.iter().map(|(name, count)| (name.to_owned(), count)).collect(),
+                deadline_ms: self.deadline.deadline_ms,
+                slowest_update_ms: summary.update.map(|update| update.slowest_ns as f64 / 1e6),
                 last_fault: summary.last_fault.as_ref().map(ToString::to_string),
             });
             Ok(())
@@ -89,6 +93,7 @@ fn text(onboarded: &Onboarded) -> String {
         ("posterior", onboarded.posterior.clone()),
         ("tiles", format!("{} in the store, {} in the archive", onboarded.tiles_resident, onboarded.tiles_archived)),
     ]);
+    rows.extend(onboarded.updates().map(|updates| ("updates", updates)));
     rows.extend(onboarded.last_fault.as_ref().map(|fault| ("last fault", fault.clone())));
     let counters: Vec<_> = onboarded.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
     table(&rows) + "\n" + &table(&counters)

@@ -11,6 +11,7 @@ use serde::Serialize;
 use tracing::warn;
 
 use super::{
+    Deadline,
     child::Child,
     firmware::{self, Firmware},
     said::{Beginning, Onboarded, Sent, SourceSays, WatchSays, Watched},
@@ -63,8 +64,8 @@ pub(super) struct ProcessIds {
 
 /// Who makes the map.
 pub(super) enum Maker<'a> {
-    /// The onboard process, with a file of map options; the map is saved.
-    Onboard { config: &'a Path, map: &'a Path },
+    /// The onboard process, with a file of map options and a deadline; the map is saved.
+    Onboard { config: &'a Path, map: &'a Path, deadline: Deadline },
     /// Firmware in an emulator, with a bridge between it and shared memory.
     Firmware(&'a Firmware),
 }
@@ -99,13 +100,14 @@ impl Crew {
         let name = domain.name();
         let until_end = ["--until-end".to_owned()];
         let (onboard, firmware, reader) = match maker {
-            Maker::Onboard { config, map } => {
+            Maker::Onboard { config, map, deadline } => {
                 let [config, map] = [("--config", config), ("--save", map)].map(|(option, path)| {
                     let path = path.to_str().with_context(|| format!("{} is not Unicode", path.display()))?;
                     anyhow::Ok(format!("{option}={path}"))
                 });
                 let [until_end] = until_end.clone();
-                let arguments = [until_end, "--consumers=1".to_owned(), config?, map?];
+                let mut arguments = vec![until_end, "--consumers=1".to_owned(), config?, map?];
+                arguments.extend(deadline.arguments());
                 (Child::start("onboard", name, &arguments)?, None, None)
             }
             Maker::Firmware(firmware) => {

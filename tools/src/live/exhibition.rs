@@ -17,6 +17,7 @@ use bhm_tools::metrics::Scores;
 use clap::Args;
 
 use super::{
+    Deadline,
     crew::{Crew, Maker},
     firmware::{DEFAULT_ELF, Firmware},
     report::{Made, Report},
@@ -37,6 +38,8 @@ pub(crate) struct Exhibits {
     /// [default: where `firmware-sim/cortex-m7/run build` puts it]
     #[arg(long, value_name = "ELF", num_args = 0..=1, default_missing_value = DEFAULT_ELF)]
     firmware: Option<PathBuf>,
+    #[command(flatten)]
+    deadline: Deadline,
     #[command(flatten)]
     map: MapOptions,
 }
@@ -91,7 +94,7 @@ impl Exhibition<'_> {
         let map_file = folder.join("map.bhm");
         let maker = match &firmware {
             Some(firmware) => Maker::Firmware(firmware),
-            None => Maker::Onboard { config: &config, map: &map_file },
+            None => Maker::Onboard { config: &config, map: &map_file, deadline: exhibits.deadline },
         };
         let outcome = Crew::start(&maker).and_then(|crew| crew.run(self.source, &self.arguments, &stop));
         if let Some(firmware) = &firmware {

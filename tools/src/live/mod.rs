@@ -5,6 +5,7 @@
 
 mod child;
 mod crew;
+mod deadline;
 mod exhibition;
 mod firmware;
 mod firmware_log;
@@ -15,6 +16,7 @@ pub(crate) mod said;
 mod sending;
 
 pub(crate) use self::{
+    deadline::Deadline,
     exhibition::{Exhibition, Exhibits, Finished},
     meeting::Meeting,
     port::{Address, Port},

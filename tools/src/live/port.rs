@@ -251,7 +251,7 @@ mod tests {
         device.read_exact(&mut got).unwrap();
         assert_eq!(got[..], bytes);
         device.write_all(&bytes).unwrap();
-        let mut back = Vec::new();
+        let mut back: Vec<u8> = Vec::new();
         while back.len() < 256 {
             let length = port.read(&mut got, Duration::from_secs(10)).unwrap();
             back.extend(&got[..length]);

@@ -194,6 +194,7 @@ impl Report {
             let Scores { nll, accuracy, points, .. } = scores;
             ("truth", format!("AUC {auc}, NLL {nll:.4} nats, accuracy {accuracy:.4} at {points} known points"))
         }));
+        rows.extend(onboard.updates().map(|updates| ("updates", updates)));
         rows.extend(onboard.last_fault.as_ref().map(|fault| ("last fault", fault.clone())));
         rows.push(("results", self.folder.join("report.md").display().to_string()));
         rows

@@ -46,10 +46,25 @@ pub(crate) struct Onboarded {
     pub(crate) tiles_resident: usize,
     pub(crate) tiles_archived: usize,
     pub(crate) counters: BTreeMap<String, u64>,
+    /// How long a scan was meant to take at most, milliseconds; `deadlines_missed` counts those that took longer.
+    pub(crate) deadline_ms: Option<u32>,
+    /// The longest that a scan took from being received to being integrated, milliseconds.
+    pub(crate) slowest_update_ms: Option<f64>,
     pub(crate) last_fault: Option<String>,
 }
 
 impl Onboarded {
+    /// How long updates took, for people; `None` if there was none.
+    pub(crate) fn updates(&self) -> Option<String> {
+        let slowest = format!("slowest {:.2} ms", self.slowest_update_ms?);
+        Some(match self.deadline_ms {
+            None => slowest,
+            Some(deadline_ms) => {
+                format!("{slowest}; {} missed the deadline of {deadline_ms} ms", self.count("deadlines_missed"))
+            }
+        })
+    }
+
     /// A counter by its name.
     pub(crate) fn count(&self, name: &str) -> u64 {
         self.counters.get(name).copied().unwrap_or_default()

@@ -44,8 +44,12 @@ fn nothing_was_lost(report: &Value, scans: u64) {
 #[test]
 fn a_demo_is_three_processes_and_leaves_pictures_a_map_and_a_report() {
     let bench = Bench::new();
-    let report = bench.json("demo --scans 80 --profile compact --seed 3 -o out");
+    // An hour for each scan: what a deadline counts is known, however busy the machine.
+    let report = bench.json("demo --scans 80 --profile compact --seed 3 --deadline-ms 3600000 -o out");
     nothing_was_lost(&report, 80);
+    let onboard = &report["onboard"];
+    assert_eq!((count(onboard, "deadlines_missed"), &onboard["deadline_ms"]), (0, &Value::from(3_600_000)));
+    assert!(onboard["slowest_update_ms"].as_f64() > Some(0.0), "{onboard}");
     let ids = ["source", "onboard", "watch"].map(|role| report["processes"][role].as_u64().unwrap() as u32);
     assert!(ids[0] != ids[1] && ids[1] != ids[2] && ids[2] != ids[0], "{ids:?}");
     assert!(ids.iter().all(|id| *id != std::process::id() && !is_running(*id)), "{ids:?}");
@@ -129,7 +133,7 @@ fn a_consumer_asks_inside_shared_memory_what_the_saved_map_answers() {
 fn a_live_source_waits_for_nobody_and_every_gap_is_counted() {
     let bench = Bench::new();
     let domain = TemporaryDomain::new().unwrap();
-    let onboard = Process::join(&bench, &domain, "onboard --profile compact --until-end");
+    let onboard = Process::join(&bench, &domain, "onboard --profile compact --until-end --deadline-ms 1");
     let watch = Process::join(&bench, &domain, "watch --until-end");
     watch.reads(0);
     let sent = Process::join(&bench, &domain, "simulate --live --rate 1000 --scans 300").ends().well();
@@ -139,6 +143,8 @@ fn a_live_source_waits_for_nobody_and_every_gap_is_counted() {
     // What came before the first that was heard was not sent to this mapper.
     assert!(count(&onboard, "received") + count(&onboard, "lost") <= 300, "{onboard}");
     assert_eq!((count(&onboard, "integrated"), count(&onboard, "sources")), (count(&onboard, "received"), 1));
+    // On no machine does the slowest of so many scans take less than the shortest deadline that can be stated.
+    assert!(onboard["slowest_update_ms"].as_f64() > Some(1.0) && count(&onboard, "deadlines_missed") > 0, "{onboard}");
 }
 
 #[test]

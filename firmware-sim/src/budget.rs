@@ -1,0 +1,182 @@
+//! What an update costs a Cortex-M7 at most, known before it begins.
+//!
+//! Every loop of an update ends at a capacity, so that the work of a scan can be counted from the profile alone
+//! ([`Work::most`]), and the work of one that was done from its report ([`Work::done`]). What a unit of work costs follows
+//! from the shape of the tiles: `M` supports in a band of `B`, rows of `F` features. The coefficients are instructions of the
+//! firmware as it is compiled for `thumbv7em-none-eabihf`, five to ten per cent above what a fit to a recorded log gives
+//! (`docs/firmware.md`), so that another compiler's build stays below them too.
+
+use bhm_core::{
+    beam::BeamChoice,
+    kernel::KernelChoice,
+    mapper::IntegrateReport,
+    profile::Profile,
+    scan::MAX_BEAMS,
+    settings::Settings,
+    support::SupportChoice,
+};
+
+/// How much of everything an update does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Beams looked at, each time that they are.
+    pub beams: u64,
+    /// Observations made of them, each time that they are, and placed.
+    pub points: u64,
+    /// Questions whether a tile holds an observation.
+    pub questions: u64,
+    /// Tiles found, begun, or brought back.
+    pub tiles: u64,
+    /// Rows made, learned and handed to the posterior.
+    pub rows: u64,
+    /// Rows' parts in passes.
+    pub row_passes: u64,
+    /// Passes over a tile.
+    pub passes: u64,
+    /// Factorisations beyond one a pass.
+    pub again: u64,
+    /// Rows added for them.
+    pub rows_again: u64,
+}
+
+/// Tiles that can hold the stencil of one observation: regions of whole stencils overlap by one cell along each axis.
+const TILES_OF_A_POINT: u64 = 4;
+
+/// Factorisations of an update beyond one a pass: as many as there are inflations to be tried.
+const AGAIN: u64 = 2;
+
+impl Work {
+    /// The most that an update can be under this profile.
+    #[must_use]
+    pub fn most(profile: &Profile) -> Self {
+        let Profile { settings, capacities, .. } = profile;
+        let (points, tiles) = (capacities.points as u64, capacities.touched as u64);
+        // If a scan's points do not fit, it is read again with half the beams, until they do.
+        let of_a_beam = (settings.limits.range_max_m / settings.free_spacing_m) as u64 + 2;
+        let readings = u64::from((MAX_BEAMS as u64 * of_a_beam).div_ceil(points).next_power_of_two().ilog2()) + 1;
+        let rows = (points * TILES_OF_A_POINT).min(tiles * capacities.rows as u64);
+        let passes = u64::from(settings.passes);
+        let forgetting = u64::from(settings.forgetting < 1.0);
+        Self {
+            beams: readings * MAX_BEAMS as u64,
+            points: readings * points,
+            questions: tiles * points,
+            tiles,
+            rows,
+            row_passes: rows * passes,
+            passes: tiles * (passes + forgetting),
+            again: tiles * AGAIN,
+            rows_again: rows * AGAIN,
+        }
+    }
+
+    /// What an update was, by its report.
+    #[must_use]
+    pub fn done(settings: &Settings, report: &IntegrateReport) -> Self {
+        let IntegrateReport { beams, points, .. } = report;
+        let [tiles, rows] = [report.tiles_touched, report.rows].map(u64::from);
+        let made = u64::from(points.used + points.unplaceable + points.outside);
+        let forgetting = if settings.forgetting < 1.0 { tiles } else { 0 };
+        Self {
+            beams: u64::from(beams.total()),
+            points: made,
+            questions: tiles * made,
+            tiles,
+            rows,
+            row_passes: rows * u64::from(settings.passes),
+            passes: u64::from(report.passes) + forgetting,
+            again: AGAIN * u64::from(report.conditioned + report.tiles_failed),
+            rows_again: if report.conditioned + report.tiles_failed > 0 { AGAIN * rows } else { 0 },
+        }
+    }
+
+    /// Whether it is nowhere more than the other.
+    #[must_use]
+    pub fn is_within(&self, most: &Self) -> bool {
+        let counts = |work: &Self| {
+            let &Self { beams, points, questions, tiles, rows, row_passes, passes, again, rows_again } = work;
+            [beams, points, questions, tiles, rows, row_passes, passes, again, rows_again]
+        };
+        counts(self).iter().zip(counts(most)).all(|(here, most)| *here <= most)
+    }
+
+    /// Instructions that it takes at most.
+    #[must_use]
+    pub fn instructions(&self, unit: &Instructions) -> u64 {
+        unit.scan
+            + self.beams * unit.beam
+            + self.points * unit.point
+            + self.questions * unit.question
+            + self.tiles * unit.tile
+            + self.rows * unit.row
+            + self.row_passes * unit.row_pass
+            + self.passes * unit.pass
+            + self.again * unit.again
+            + self.rows_again * unit.row_again
+    }
+}
+
+/// What a unit of work costs, instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instructions {
+    /// Whatever the scan.
+    pub scan: u64,
+    /// Reading a beam.
+    pub beam: u64,
+    /// Making and placing an observation.
+    pub point: u64,
+    /// Asking whether a tile holds it.
+    pub question: u64,
+    /// Finding a tile; writing one that goes and one that comes.
+    pub tile: u64,
+    /// Making a row, its moments under the prior, its place in `Λ` at the end.
+    pub row: u64,
+    /// Adding a row to `Λ`, reading its moments, its next site.
+    pub row_pass: u64,
+    /// Assembling, factoring, solving and inverting the matrix of a tile.
+    pub pass: u64,
+    /// Assembling and factoring it once more, rows apart.
+    pub again: u64,
+    /// Adding a row for that.
+    pub row_again: u64,
+}
+
+impl Instructions {
+    /// What they are for the tiles of these settings; `None` where nobody has measured: features other than the cubic
+    /// B-spline's at points.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Option<Self> {
+        let measured = settings.kernel == KernelChoice::CubicBSpline
+            && settings.support == SupportChoice::PointSupport
+            && settings.beam == BeamChoice::PointSamples
+            && !settings.bias;
+        let [width, height] = settings.tile_width.map(|width| width as u64);
+        let m = width * height;
+        let b = (settings.stencil as u64 - 1) * (height + 1) + 1;
+        let f = (settings.stencil * settings.stencil) as u64;
+        // A row of the factor has B − 1 sources of up to B columns at two instructions each, load and multiply-subtract; panels
+        // of 16 columns skip a third of those that are zero. A row of Σ has no zeros to skip, and weights, two dot products
+        // and two copies beside.
+        let factor = m * (16 * b * b / 10 + 12 * b + 250);
+        let rest = m * (27 * b * b / 10 + 20 * b + 300);
+        measured.then_some(Self {
+            scan: 20_000,
+            beam: 300,
+            point: 600,
+            question: 30,
+            tile: 6 * m * b + 60_000,
+            // Two of the F²/2 products that a row makes with itself, with Σ and for Λ; then what is done feature by feature.
+            row: 9 * f * f + 170 * f + 400,
+            row_pass: 6 * f * f + 60 * f + 900,
+            pass: factor + rest,
+            again: factor,
+            row_again: 3 * f * f + 300,
+        })
+    }
+}
+
+/// Instructions that an update takes at most under this profile, whatever the scan; `None` where nobody has measured.
+#[must_use]
+pub fn most_instructions(profile: &Profile) -> Option<u64> {
+    Instructions::of(&profile.settings).map(|unit| Work::most(profile).instructions(&unit))
+}
