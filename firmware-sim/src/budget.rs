@@ -7,13 +7,8 @@
 //! (`docs/firmware.md`), so that another compiler's build stays below them too.
 
 use bhm_core::{
-    beam::BeamChoice,
-    kernel::KernelChoice,
-    mapper::IntegrateReport,
-    profile::Profile,
-    scan::MAX_BEAMS,
-    settings::Settings,
-    support::SupportChoice,
+    beam::BeamChoice, kernel::KernelChoice, mapper::IntegrateReport, profile::Profile, scan::MAX_BEAMS,
+    settings::Settings, support::SupportChoice,
 };
 
 /// How much of everything an update does.

@@ -41,10 +41,7 @@ pub(crate) struct Emulator {
 /// The program of that name, if the firmware was built; in CI it must have been.
 pub(crate) fn program(name: &str) -> Option<PathBuf> {
     let folder = env::var_os("BHM_FIRMWARE").map_or_else(
-        || {
-            Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../firmware-sim/cortex-m7/target/thumbv7em-none-eabihf/release")
-        },
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-sim/cortex-m7/target/thumbv7em-none-eabihf/release"),
         PathBuf::from,
     );
     let path = folder.join(name);
@@ -107,8 +104,7 @@ impl Emulator {
     /// Sends a scan and waits until the device has dealt with it.
     pub(crate) fn learn(&mut self, scan: &ScanRecord) -> DeviceStatus {
         self.sequence += 1;
-        let address =
-            ScanAddress { source: self.source, mapper: None, sequence: self.sequence, place: Place::Within };
+        let address = ScanAddress { source: self.source, mapper: None, sequence: self.sequence, place: Place::Within };
         let bytes = self.end.scan(&NumberedScan { address, scan: scan.as_scan() }).expect("fits").expect("greeted");
         let bytes = bytes.to_vec();
         self.send(&bytes);

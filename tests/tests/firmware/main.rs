@@ -26,19 +26,48 @@ fn probe() {
     for scan in scans.iter().take(n) {
         let report = host.integrate(&scan.as_scan()).unwrap();
         let status = device.learn(scan);
-        let now: Vec<u64> = ["tiles_touched", "rows", "points_used", "passes", "beams_hit"].iter().map(|c| counter(&status, c)).collect();
-        println!("S {} {} {} {} {} {}", instructions(&status), now[1] - before[1], now[0]-before[0], now[2]-before[2], now[3]-before[3], report.beams.total());
+        let now: Vec<u64> = ["tiles_touched", "rows", "points_used", "passes", "beams_hit"]
+            .iter()
+            .map(|c| counter(&status, c))
+            .collect();
+        println!(
+            "S {} {} {} {} {} {}",
+            instructions(&status),
+            now[1] - before[1],
+            now[0] - before[0],
+            now[2] - before[2],
+            now[3] - before[3],
+            report.beams.total()
+        );
         before = now;
-        if status.handled.unwrap().1 == n as u64 { println!("stack {:?} evicted {}", status.stack_high_water_bytes, counter(&status, "tiles_evicted")); }
+        if status.handled.unwrap().1 == n as u64 {
+            println!("stack {:?} evicted {}", status.stack_high_water_bytes, counter(&status, "tiles_evicted"));
+        }
     }
     device.settle();
     println!("{:?}", device.end.counters());
     for (mine, theirs) in device.end.mirror().tiles().zip(host.mapper().tiles().iter()) {
-        let a = mine.view::<M, B>().unwrap(); let b = theirs.posterior.view();
-        let d = a.covariance.as_flattened().iter().zip(b.covariance.as_flattened()).filter(|(x, y)| x.to_bits() != y.to_bits()).count();
-        let first = a.covariance.as_flattened().iter().zip(b.covariance.as_flattened()).enumerate().find(|(_, (x, y))| x.to_bits() != y.to_bits());
+        let a = mine.view::<M, B>().unwrap();
+        let b = theirs.posterior.view();
+        let d = a
+            .covariance
+            .as_flattened()
+            .iter()
+            .zip(b.covariance.as_flattened())
+            .filter(|(x, y)| x.to_bits() != y.to_bits())
+            .count();
+        let first = a
+            .covariance
+            .as_flattened()
+            .iter()
+            .zip(b.covariance.as_flattened())
+            .enumerate()
+            .find(|(_, (x, y))| x.to_bits() != y.to_bits());
         let m = a.mean.iter().zip(b.mean).filter(|(x, y)| x.to_bits() != y.to_bits()).count();
-        println!("T {:?} {:?} updates {} {}: {d} cov {first:?} {m} mean", mine.version.index, theirs.index, mine.version.updates, theirs.updates);
+        println!(
+            "T {:?} {:?} updates {} {}: {d} cov {first:?} {m} mean",
+            mine.version.index, theirs.index, mine.version.updates, theirs.updates
+        );
     }
     let ours = device.end.mirror().tiles().map(|tile| (tile.version.index, tile.view::<M, B>().unwrap()));
     let theirs = host.mapper().tiles().iter().map(|tile| (tile.index, tile.posterior.view()));
