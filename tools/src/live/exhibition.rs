@@ -96,7 +96,11 @@ impl Exhibition<'_> {
             Some(firmware) => Maker::Firmware(firmware),
             None => Maker::Onboard { config: &config, map: &map_file, deadline: exhibits.deadline },
         };
-        let mut outcome = Crew::start(&maker)?.run(self.source, &self.arguments, &stop)?;
+        let outcome = Crew::start(&maker).and_then(|crew| crew.run(self.source, &self.arguments, &stop));
+        if let Some(firmware) = &firmware {
+            firmware.show_log();
+        }
+        let mut outcome = outcome?;
         ensure!(outcome.sent.complete && outcome.onboarded.source_ended, "stopped before the last scan");
 
         let (made, scores) = match &firmware {

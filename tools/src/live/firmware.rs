@@ -8,7 +8,9 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::{Address, child::Child};
+use tracing::warn;
+
+use super::{Address, child::Child, firmware_log};
 
 /// Where `firmware-sim/cortex-m7/run build` puts it, seen from the workspace's root.
 pub(crate) const DEFAULT_ELF: &str = "firmware-sim/cortex-m7/target/thumbv7em-none-eabihf/release/bhm-cortex-m7";
@@ -63,8 +65,11 @@ impl Firmware {
         &self.elf
     }
 
-    pub(super) fn log(&self) -> &Path {
-        &self.log
+    /// Prints what it logged. That it cannot be read is no reason to fail: it is said.
+    pub(super) fn show_log(&self) {
+        if let Err(error) = firmware_log::show(&self.elf, &self.log) {
+            warn!("what the firmware logged ({}) cannot be shown: {error:#}", self.log.display());
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod crew;
 mod deadline;
 mod exhibition;
 mod firmware;
+mod firmware_log;
 mod meeting;
 mod port;
 mod report;

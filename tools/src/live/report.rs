@@ -170,7 +170,8 @@ impl Report {
                 "posteriors",
                 format!(
                     "{} published (the empty map first), {} read, {} skipped by the consumer",
-                    count("published"),
+                    // A device counts each time that it said where it stands, were it to a host that asked again.
+                    count(if self.firmware.is_some() { "bridge_posteriors" } else { "published" }),
                     watch.posteriors,
                     watch.skipped
                 ),

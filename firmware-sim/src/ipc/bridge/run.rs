@@ -128,14 +128,14 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
             Ok(_) => Ok(()),
             Err(fault) => return self.note(Err(fault)),
         };
-        self.line(outcome);
+        self.line(&outcome);
     }
 
     fn greet(&mut self) {
         self.counters.greetings += 1;
         self.asked = Instant::now();
         let outcome = self.port.write(self.end.hello(fresh_id()));
-        self.line(outcome);
+        self.line(&outcome);
     }
 
     fn ask_for_what_is_missing(&mut self) {
@@ -143,13 +143,14 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
         self.asked = Instant::now();
         let missing = self.end.missing().to_vec();
         let outcome = self.port.write(self.end.refresh(&missing));
-        self.line(outcome);
+        self.line(&outcome);
     }
 
     /// Takes note that the line is gone, if it is.
-    fn line(&mut self, outcome: io::Result<()>) {
+    fn line<T>(&mut self, outcome: &io::Result<T>) {
         if outcome.is_err() && self.connected {
-            self.counters.line_gone += 1;
+            // A device that ends takes its line along.
+            self.counters.line_gone += u64::from(!self.told_to_finish);
             self.connected = false;
         }
     }
@@ -166,7 +167,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
         let mut buffer = [0; 16_384];
         let came = if self.connected { self.port.read(&mut buffer, patience) } else { Ok(0) };
         let length = came.as_ref().map_or(0, |length| *length);
-        self.line(came.map(drop));
+        self.line(&came);
         let mut bytes = &buffer[..length];
         while let Some(event) = self.end.take(&mut bytes) {
             self.heard = Instant::now();
@@ -353,7 +354,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
     fn tell_to_finish(&mut self) {
         self.asked = Instant::now();
         let outcome = self.end.finish().map_or(Ok(()), |bytes| self.port.write(bytes));
-        self.line(outcome);
+        self.line(&outcome);
     }
 
     /// Whether the device ends, and has said everything.
