@@ -16,7 +16,7 @@ const DEADLINE_NS: u64 = 100_000_000;
 const PUBLISH_EVERY: u32 = 20;
 
 /// How long the source may be silent before what it taught is published all the same.
-const LINGER_NS: u64 = 1_000_000_000;
+const LINGER_NS: u64 = 3_000_000_000;
 
 /// Scans between two lines of the log.
 const LOG_EVERY: u64 = 50;

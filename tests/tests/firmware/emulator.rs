@@ -113,11 +113,21 @@ impl Emulator {
 
     /// Sends a scan and waits until the device has dealt with it.
     pub(crate) fn learn(&mut self, scan: &ScanRecord) -> DeviceStatus {
+        self.send_scan(scan);
+        self.learned()
+    }
+
+    /// Sends a scan.
+    pub(crate) fn send_scan(&mut self, scan: &ScanRecord) {
         self.sequence += 1;
         let address = ScanAddress { source: self.source, mapper: None, sequence: self.sequence, place: Place::Within };
         let bytes = self.end.scan(&NumberedScan { address, scan: scan.as_scan() }).expect("fits").expect("greeted");
         let bytes = bytes.to_vec();
         self.send(&bytes);
+    }
+
+    /// Waits until the device has dealt with the newest scan.
+    pub(crate) fn learned(&mut self) -> DeviceStatus {
         let handled = Some((self.source, self.sequence));
         self.wait(|event| match event {
             Event::Status(status) if status.handled == handled => Some(status),

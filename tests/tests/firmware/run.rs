@@ -39,8 +39,9 @@ pub(crate) fn learn(program: &Path, profile: &Profile, scans: &[ScanRecord]) -> 
     device.greet();
     let mut run = Run { instructions: Vec::new(), stack_bytes: 0 };
     for (number, scan) in scans.iter().enumerate() {
+        device.send_scan(scan);
         let report = host.integrate(&scan.as_scan()).expect("a good scan");
-        let status = device.learn(scan);
+        let status = device.learned();
         let took = instructions(&status);
         let work = Work::done(&profile.settings, &report);
         let allowed = work.instructions(&unit);
