@@ -158,11 +158,12 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
         match self.link.receive(patience) {
             Ok(Incoming::Scan(incoming)) => {
                 let IncomingScan { last, received_ns, .. } = incoming;
-                if self.learner.learn(&incoming) {
+                let learned = self.learner.learn(&incoming);
+                self.learned_ns = self.link.now_ns();
+                if learned {
                     self.time(received_ns);
                 }
                 self.unpublished += 1;
-                self.learned_ns = self.link.now_ns();
                 if last || self.unpublished >= self.options.publish_every {
                     self.publish();
                 }
@@ -193,7 +194,7 @@ impl<P: OnboardMap<M, B>, L: Link<M, B>, const M: usize, const B: usize> Onboard
 
     /// Takes note of how long the update took that has just ended.
     fn time(&mut self, received_ns: Option<u64>) {
-        let (Some(received_ns), Some(now_ns)) = (received_ns, self.link.now_ns()) else { return };
+        let (Some(received_ns), Some(now_ns)) = (received_ns, self.learned_ns) else { return };
         // A clock that goes back although it must not says nothing; it does not say that five centuries went by.
         let took_ns = now_ns.saturating_sub(received_ns);
         self.update = Some(UpdateTime::after(self.update, took_ns));

@@ -71,9 +71,9 @@ fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRows<B>, ro
     for (number, run) in runs.iter().enumerate() {
         let (first, values_here) = values(run);
         let scaled = values_here.map(|value| weight * value);
-        for i in 0..N {
-            for (target, j) in matrix.upper_mut(first + i).iter_mut().zip(i..N) {
-                *target += scaled[i] * values_here[j];
+        for (i, scaled) in scaled.iter().enumerate() {
+            for (target, value) in matrix.upper_mut(first + i).iter_mut().zip(&values_here[i..]) {
+                *target += scaled * value;
             }
         }
         for later in &runs[number + 1..] {
