@@ -7,8 +7,16 @@
 //! (`docs/firmware.md`), so that another compiler's build stays below them too.
 
 use bhm_core::{
-    beam::BeamChoice, kernel::KernelChoice, mapper::IntegrateReport, profile::Profile, scan::MAX_BEAMS,
-    settings::Settings, support::SupportChoice,
+    beam::{BeamChoice, LabelledPlace},
+    kernel::KernelChoice,
+    lattice::Node,
+    mapper::IntegrateReport,
+    posterior::{Entry, RowState, Scratch},
+    profile::{Capacities, Profile},
+    scan::MAX_BEAMS,
+    settings::Settings,
+    support::SupportChoice,
+    tile::{DirectoryEntry, Tile, TileIndex},
 };
 
 /// How much of everything an update does.
@@ -174,4 +182,16 @@ impl Instructions {
 #[must_use]
 pub fn most_instructions(profile: &Profile) -> Option<u64> {
     Instructions::of(&profile.settings).map(|unit| Work::most(profile).instructions(&unit))
+}
+
+/// Bytes of a map's state: tiles, and what one scan is worked on in. The same on every machine: nothing of it is a pointer.
+#[must_use]
+pub fn state_bytes<const M: usize, const B: usize>(profile: &Profile) -> usize {
+    let Profile { settings, capacities: Capacities { tiles, points, rows, touched }, .. } = *profile;
+    let features = settings.stencil * settings.stencil;
+    tiles * (size_of::<Tile<M, B>>() + size_of::<DirectoryEntry>())
+        + size_of::<Scratch<M, B>>()
+        + points * (size_of::<LabelledPlace>() + size_of::<Option<Node<2>>>())
+        + touched * size_of::<TileIndex<2>>()
+        + rows * (features * size_of::<Entry>() + size_of::<RowState>())
 }

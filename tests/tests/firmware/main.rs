@@ -2,7 +2,8 @@
 //!
 //! Needs the programs (`firmware-sim/cortex-m7/run build`, or `BHM_FIRMWARE` naming the folder they are in) and QEMU. In CI
 //! both must be there, elsewhere the tests say what is missing and pass. `BHM_FIRMWARE_SCANS` says how many scans of the log
-//! are sent (200; `all`), `BHM_FIRMWARE_MEASURE=write` writes the figures that the documentation quotes instead of comparing.
+//! are sent (200, and 60 to the variant with one pass; `all`), `BHM_FIRMWARE_MEASURE=write` writes the figures that the
+//! documentation quotes instead of comparing with them.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -26,12 +27,15 @@ use run::{Run, learn};
 pub(crate) struct Variant {
     pub(crate) program: &'static str,
     pub(crate) profile: Profile,
+    /// Scans of the log unless said otherwise.
+    pub(crate) scans: usize,
 }
 
-pub(crate) const THREE_PASSES: Variant = Variant { program: "bhm-cortex-m7", profile: COMPACT };
+pub(crate) const THREE_PASSES: Variant = Variant { program: "bhm-cortex-m7", profile: COMPACT, scans: 200 };
 pub(crate) const ONE_PASS: Variant = Variant {
     program: "one-pass",
     profile: Profile { settings: Settings { passes: 1, ..COMPACT.settings }, ..COMPACT },
+    scans: 60,
 };
 
 /// Sends the log, compares every posterior that is asked for and every update with its bound; then the scan that fills
@@ -42,7 +46,7 @@ fn the_log_is_learned_as_on_a_computer_within_the_bound(variant: &Variant) -> Op
     let count = match std::env::var("BHM_FIRMWARE_SCANS").as_deref() {
         Ok("all") => scans.len(),
         Ok(count) => count.parse().expect("a number of scans, or all"),
-        Err(_) => 200,
+        Err(_) => variant.scans,
     };
     let scans = &scans[..count.min(scans.len())];
     let run = learn(&program, &variant.profile, scans);

@@ -1,6 +1,7 @@
 //! One file per subcommand: its options, and `run`. A new one is its file, its `mod` line, and its line in the list.
 
 mod bridge;
+mod budget;
 mod build;
 mod completions;
 mod demo;
@@ -41,6 +42,7 @@ commands! {
     Replay in replay,
     Onboard in onboard,
     Bridge in bridge,
+    Budget in budget,
     Simulate in simulate,
     Play in play,
     Watch in watch,

@@ -3,6 +3,7 @@
 //! Here and not in the member `tests`, since Cargo builds and names the binary only for tests of its own package.
 
 mod bad_input;
+mod budget;
 mod experiments;
 mod figures;
 mod live;
