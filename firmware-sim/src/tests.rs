@@ -10,12 +10,21 @@ use bhm_core::{
 };
 
 use crate::*;
+use clock::FakeClock;
+
+mod clock;
 
 /// What a fake world does, in this order; then it says stop.
 enum Event {
-    Scan { source: u64, sequence: u64, last: bool },
+    Scan {
+        source: u64,
+        sequence: u64,
+        last: bool,
+    },
     Unusable(Unusable),
     Nothing,
+    /// Nothing, for so many nanoseconds.
+    Pause(u64),
     Fault,
 }
 
@@ -27,12 +36,6 @@ enum Seen {
     Reported { handled: Option<(u64, u64)>, ended: bool },
 }
 
-/// A clock that each scan in turn lets run for so long, from being received to being learned.
-struct FakeClock {
-    now_ns: u64,
-    updates_ns: VecDeque<u64>,
-}
-
 #[derive(Default)]
 struct FakeLink {
     events: VecDeque<Event>,
@@ -40,6 +43,7 @@ struct FakeLink {
     updates: Vec<Option<UpdateTime>>,
     publish_fails: bool,
     clock: Option<FakeClock>,
+    behind: bool,
 }
 
 impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
@@ -52,10 +56,16 @@ impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
         match self.events.pop_front() {
             None => Ok(Incoming::Stop),
             Some(Event::Nothing) => Ok(Incoming::Nothing),
+            Some(Event::Pause(ns)) => {
+                if let Some(clock) = &mut self.clock {
+                    clock.now_ns += ns;
+                }
+                Ok(Incoming::Nothing)
+            }
             Some(Event::Fault) => Err("receive"),
             Some(Event::Unusable(why)) => Ok(Incoming::Unusable(why)),
             Some(Event::Scan { source, sequence, last }) => {
-                let received_ns = self.clock.as_ref().map(|clock| clock.now_ns);
+                let received_ns = self.clock.as_mut().map(FakeClock::receive);
                 Ok(Incoming::Scan(IncomingScan { source, sequence, last, received_ns, scan: scan(sequence) }))
             }
         }
@@ -77,9 +87,11 @@ impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
     }
 
     fn now_ns(&mut self) -> Option<u64> {
-        let clock = self.clock.as_mut()?;
-        clock.now_ns += clock.updates_ns.pop_front().expect("read once a scan");
-        Some(clock.now_ns)
+        self.clock.as_mut().map(FakeClock::read)
+    }
+
+    fn behind(&self) -> bool {
+        self.behind
     }
 }
 
@@ -277,45 +289,6 @@ fn a_publication_that_fails_is_counted_and_the_loop_goes_on() {
     // Once to begin with, once a scan.
     assert_eq!((onboard.counters().publish_failed, onboard.counters().published), (4, 0));
     assert_eq!((onboard.counters().integrated, onboard.last_fault()), (3, Some(&"publish")));
-}
-
-/// A loop over scans of which the first two come twice and the third is refused; each update takes as long as stated.
-fn timed(updates_ns: Option<[u64; 5]>, deadline_ns: Option<u64>) -> Onboard<lent::Map, FakeLink, 144, 40> {
-    let clock = updates_ns.map(|updates_ns| FakeClock { now_ns: u64::MAX / 2, updates_ns: updates_ns.into() });
-    let link = FakeLink { events: sent(1, [1, 2, 1, 2, 13, 14, 15]).collect(), clock, ..FakeLink::default() };
-    let mut onboard = Onboard::new(lent::map(8), link, Options { deadline_ns, ..Options::default() });
-    assert_eq!(onboard.run(), End::Stopped);
-    assert_eq!((onboard.counters().integrated, onboard.counters().rejected()), (4, 1));
-    onboard
-}
-
-#[test]
-fn updates_slower_than_the_deadline_are_counted_and_nothing_else() {
-    const UPDATES_NS: [u64; 5] = [40, 101, 300, 100, 7];
-    // At the deadline is in time; a scan that is refused too late is late as well; publishing takes an hour each time.
-    for (deadline_ns, missed) in
-        [(None, 0), (Some(300), 0), (Some(299), 1), (Some(101), 1), (Some(100), 2), (Some(7), 4), (Some(0), 5)]
-    {
-        let onboard = timed(Some(UPDATES_NS), deadline_ns);
-        assert_eq!(onboard.counters().deadlines_missed, missed, "{deadline_ns:?}");
-        assert_eq!(onboard.update_time(), Some(UpdateTime { last_ns: 7, slowest_ns: 300 }));
-        let plain = Counters { deadlines_missed: 0, ..*onboard.counters() };
-        assert_eq!(plain, *timed(None, None).counters(), "all else is as without a clock");
-    }
-    // One report to begin with, one a message, duplicates included.
-    let update = |last_ns, slowest_ns| Some(UpdateTime { last_ns, slowest_ns });
-    let two = update(101, 101);
-    assert_eq!(
-        timed(Some(UPDATES_NS), None).link().updates,
-        [None, update(40, 40), two, two, two, update(300, 300), update(100, 300), update(7, 300)]
-    );
-}
-
-#[test]
-fn without_a_clock_no_deadline_is_missed() {
-    let onboard = timed(None, Some(0));
-    assert_eq!((onboard.counters().deadlines_missed, onboard.update_time()), (0, None));
-    assert!(onboard.link().updates.iter().all(Option::is_none));
 }
 
 #[test]
