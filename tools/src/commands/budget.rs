@@ -144,13 +144,7 @@ impl Budget {
             link_bytes: size_of::<LinkBuffers>() + profile.capacities.tiles * size_of::<SentTile>(),
             flash_limit_bytes: FLASH_BYTES,
             stack_limit_bytes: STACK_BYTES,
-            firmware: updates.map(|updates| Firmware {
-                flash_bytes,
-                data_bytes,
-                bss_bytes,
-                stack_bytes,
-                updates,
-            }),
+            firmware: updates.map(|updates| Firmware { flash_bytes, data_bytes, bss_bytes, stack_bytes, updates }),
             instructions,
         };
         output.result(&sheet, || {
