@@ -7,8 +7,13 @@
 //! (`docs/firmware.md`), so that another compiler's build stays below them too.
 
 use bhm_core::{
-    beam::BeamChoice, kernel::KernelChoice, mapper::IntegrateReport, profile::Profile, scan::MAX_BEAMS,
-    settings::Settings, support::SupportChoice,
+    beam::{BeamChoice, BeamTally},
+    kernel::KernelChoice,
+    mapper::IntegrateReport,
+    profile::Profile,
+    scan::MAX_BEAMS,
+    settings::Settings,
+    support::SupportChoice,
 };
 
 /// How much of everything an update does.
@@ -22,7 +27,7 @@ pub struct Work {
     pub questions: u64,
     /// Tiles found, begun, or brought back.
     pub tiles: u64,
-    /// Rows made, learned and handed to the posterior.
+    /// Rows made, with room for them or not.
     pub rows: u64,
     /// Rows' parts in passes.
     pub row_passes: u64,
@@ -40,6 +45,14 @@ const TILES_OF_A_POINT: u64 = 4;
 /// Factorisations of an update beyond one a pass: as many as there are inflations to be tried.
 const AGAIN: u64 = 2;
 
+/// How often a scan's points did not fit, so that it was read again with half the beams; from how many were left out.
+fn overflows(beams: &BeamTally) -> u64 {
+    let (sent, read) = (beams.total(), beams.total() - beams.over_capacity);
+    let all = MAX_BEAMS.ilog2() + 1;
+    // Half of the beams, rounded up, are never as many as all of them, unless that is one, which was the last to be tried.
+    u64::from((0..all).find(|halvings| sent.div_ceil(1 << halvings) == read).unwrap_or(all))
+}
+
 impl Work {
     /// The most that an update can be under this profile.
     #[must_use]
@@ -49,7 +62,8 @@ impl Work {
         // If a scan's points do not fit, it is read again with half the beams, until they do.
         let of_a_beam = (settings.limits.range_max_m / settings.free_spacing_m) as u64 + 2;
         let readings = u64::from((MAX_BEAMS as u64 * of_a_beam).div_ceil(points).next_power_of_two().ilog2()) + 1;
-        let rows = (points * TILES_OF_A_POINT).min(tiles * capacities.rows as u64);
+        let rows = points * TILES_OF_A_POINT.min(tiles);
+        let learned = rows.min(tiles * capacities.rows as u64);
         let passes = u64::from(settings.passes);
         let forgetting = u64::from(settings.forgetting < 1.0);
         Self {
@@ -58,30 +72,37 @@ impl Work {
             questions: tiles * points,
             tiles,
             rows,
-            row_passes: rows * passes,
+            row_passes: learned * passes,
             passes: tiles * (passes + forgetting),
             again: tiles * AGAIN,
-            rows_again: rows * AGAIN,
+            rows_again: learned * AGAIN,
         }
     }
 
-    /// What an update was, by its report.
+    /// What an update was, by its report; where that does not tell, the most that it can have been.
     #[must_use]
-    pub fn done(settings: &Settings, report: &IntegrateReport) -> Self {
+    pub fn done(profile: &Profile, report: &IntegrateReport) -> Self {
+        let Profile { settings, capacities, .. } = profile;
         let IntegrateReport { beams, points, .. } = report;
-        let [tiles, rows] = [report.tiles_touched, report.rows].map(u64::from);
-        let made = u64::from(points.used + points.unplaceable + points.outside);
+        let [tiles, learned, failed] = [report.tiles_touched, report.rows, report.tiles_failed].map(u64::from);
+        let room = capacities.points as u64;
+        // A point that misses one of its tiles may have missed them all, or have been used.
+        let placed = u64::from(points.used + points.unplaceable + points.outside + points.over_capacity).min(room);
+        let overflows = overflows(beams);
+        let passes = u64::from(settings.passes);
         let forgetting = if settings.forgetting < 1.0 { tiles } else { 0 };
+        let again = AGAIN * (u64::from(report.conditioned) + failed).min(tiles);
         Self {
-            beams: u64::from(beams.total()),
-            points: made,
-            questions: tiles * made,
+            beams: (overflows + 1) * u64::from(beams.total()),
+            points: overflows * room + placed,
+            questions: tiles * placed,
             tiles,
-            rows,
-            row_passes: rows * u64::from(settings.passes),
-            passes: u64::from(report.passes) + forgetting,
-            again: AGAIN * u64::from(report.conditioned + report.tiles_failed),
-            rows_again: if report.conditioned + report.tiles_failed > 0 { AGAIN * rows } else { 0 },
+            rows: learned + u64::from(report.rows_over_capacity),
+            row_passes: learned * passes,
+            // The report counts no passes of an update that failed.
+            passes: (u64::from(report.passes) + failed * passes).min(tiles * passes) + forgetting,
+            again,
+            rows_again: if again > 0 { AGAIN * learned } else { 0 },
         }
     }
 
@@ -174,4 +195,24 @@ impl Instructions {
 #[must_use]
 pub fn most_instructions(profile: &Profile) -> Option<u64> {
     Instructions::of(&profile.settings).map(|unit| Work::most(profile).instructions(&unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_left_out_tells_how_often_a_scan_was_read() {
+        for sent in [1, 2, 3, 180, 181, 1_024, 1_025, MAX_BEAMS as u32] {
+            // Every `every`-th beam, until that is the first alone; then not even it.
+            for halvings in (0_u64..).take_while(|halvings| *halvings == 0 || 1 << (halvings - 1) < sent) {
+                let hits = (0..sent).filter(|number| number % (1 << halvings) == 0).count() as u32;
+                let tally = BeamTally { hits, over_capacity: sent - hits, ..BeamTally::default() };
+                assert_eq!(overflows(&tally), halvings, "{hits} of {sent}");
+            }
+            let none = BeamTally { over_capacity: sent, ..BeamTally::default() };
+            assert_eq!(overflows(&none), 12);
+        }
+        assert_eq!(overflows(&BeamTally::default()), 0);
+    }
 }

@@ -22,7 +22,7 @@ pub(crate) fn learn(program: &Path, profile: &Profile) -> u64 {
     let mut device = Emulator::start(program, profile);
     device.greet();
     let report = host.integrate(&scan.as_scan()).expect("a good scan");
-    let (work, most) = (Work::done(&profile.settings, &report), Work::most(profile));
+    let (work, most) = (Work::done(profile, &report), Work::most(profile));
     assert_eq!(report.beams.total() as usize, MAX_BEAMS);
     assert_eq!(work.points, profile.capacities.points as u64, "{report:?}");
     assert_eq!((work.tiles, work.passes), (most.tiles, most.passes), "{report:?}");

@@ -43,7 +43,7 @@ pub(crate) fn learn(program: &Path, profile: &Profile, scans: &[ScanRecord]) -> 
         let report = host.integrate(&scan.as_scan()).expect("a good scan");
         let status = device.learned();
         let took = instructions(&status);
-        let work = Work::done(&profile.settings, &report);
+        let work = Work::done(profile, &report);
         let allowed = work.instructions(&unit);
         assert!(took <= allowed, "scan {number}: {took} instructions, {allowed} allowed for {work:?}");
         assert!(work.is_within(&most), "scan {number}: {work:?}");
