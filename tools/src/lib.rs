@@ -5,6 +5,7 @@
 //! plane, so our map and every baseline are judged and drawn by the same code.
 #![forbid(unsafe_code)]
 
+pub mod baselines;
 pub mod chart;
 pub mod evaluation;
 pub mod metrics;

@@ -159,6 +159,7 @@ fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
     let mut points = TestPoints::default();
     for scan in test_log.scans {
         points.points_m.extend(scan.points_m);
+        points.scans.resize(points.scans.len() + scan.occupied.len(), scan.scan);
         points.occupied.extend(scan.occupied);
     }
     Ok(Task {

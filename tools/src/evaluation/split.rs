@@ -39,6 +39,8 @@ pub struct TestPoints {
     pub points_m: Vec<[f32; 2]>,
     /// The truth about each.
     pub occupied: Vec<bool>,
+    /// The position in the log of the scan that each is of.
+    pub scans: Vec<u64>,
 }
 
 /// A log, divided.
@@ -46,6 +48,8 @@ pub struct TestPoints {
 pub struct Split {
     /// What is learned from.
     pub training: Training,
+    /// The position in the log of each scan that is learned from.
+    pub positions: Vec<u64>,
     /// What is asked.
     pub test: TestPoints,
     /// How many beams, points or scans were held out.
@@ -62,31 +66,36 @@ pub struct Split {
 pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> Split {
     let mut dice = Dice { rng: ChaCha8Rng::seed_from_u64(seed), fraction, held: 0, of: 0 };
     let mut test = TestPoints::default();
+    let mut positions: Vec<u64> = (0..scans.len() as u64).collect();
+    let numbered = || scans.iter().zip(0..);
     let training = match held {
-        Held::Beams => Training::Scans(scans.iter().map(|scan| beams_held_out(scan, &mut dice, &mut test)).collect()),
-        Held::Points => Training::Points(
-            scans.iter().zip(0..).map(|(scan, number)| points_held_out(scan, number, &mut dice, &mut test)).collect(),
-        ),
+        Held::Beams => {
+            Training::Scans(numbered().map(|(scan, at)| beams_held_out(scan, at, &mut dice, &mut test)).collect())
+        }
+        Held::Points => {
+            Training::Points(numbered().map(|(scan, at)| points_held_out(scan, at, &mut dice, &mut test)).collect())
+        }
         Held::Scans => {
-            let mut training = Vec::new();
-            for scan in scans {
-                if dice.throw() {
-                    returns(scan).for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| test.push(p, o)));
-                } else {
-                    training.push(scan.clone());
+            positions.retain(|at| {
+                let scan = &scans[*at as usize];
+                let held = dice.throw();
+                if held {
+                    returns(scan)
+                        .for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| test.push(*at, p, o)));
                 }
-            }
-            Training::Scans(training)
+                !held
+            });
+            Training::Scans(positions.iter().map(|at| scans[*at as usize].clone()).collect())
         }
     };
-    Split { training, test, held: dice.held, of: dice.of }
+    Split { training, positions, test, held: dice.held, of: dice.of }
 }
 
-fn beams_held_out(scan: &ScanRecord, dice: &mut Dice, test: &mut TestPoints) -> ScanRecord {
+fn beams_held_out(scan: &ScanRecord, at: u64, dice: &mut Dice, test: &mut TestPoints) -> ScanRecord {
     let mut kept = scan.clone();
     for (beam, range_m) in returns(scan) {
         if dice.throw() {
-            dice.ask(scan, beam, range_m, |point, occupied| test.push(point, occupied));
+            dice.ask(scan, beam, range_m, |point, occupied| test.push(at, point, occupied));
             kept.ranges_m[beam] = f32::NAN;
         }
     }
@@ -95,11 +104,11 @@ fn beams_held_out(scan: &ScanRecord, dice: &mut Dice, test: &mut TestPoints) -> 
 
 fn points_held_out(scan: &ScanRecord, number: u64, dice: &mut Dice, test: &mut TestPoints) -> LabelledPoints {
     let mut all = TestPoints::default();
-    returns(scan).for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| all.push(p, o)));
+    returns(scan).for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| all.push(number, p, o)));
     let mut kept = LabelledPoints { scan: number, ..LabelledPoints::default() };
     for (point_m, occupied) in all.points_m.into_iter().zip(all.occupied) {
         if dice.throw() {
-            test.push(point_m, occupied);
+            test.push(number, point_m, occupied);
         } else {
             kept.points_m.push(point_m);
             kept.occupied.push(occupied);
@@ -115,7 +124,8 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
 }
 
 impl TestPoints {
-    fn push(&mut self, point_m: [f32; 2], occupied: bool) {
+    fn push(&mut self, scan: u64, point_m: [f32; 2], occupied: bool) {
+        self.scans.push(scan);
         self.points_m.push(point_m);
         self.occupied.push(occupied);
     }

@@ -1,0 +1,89 @@
+use bhm_core::{
+    geometry::Point,
+    mapper::{IntegrateReport, ScanRejected},
+    profile::{Capacities, Profile},
+};
+use bhm_host::map::{self, AnyMap};
+
+use super::{Baseline, Entry, Failed, Prediction, Setup, Size};
+use crate::evaluation::Lesson;
+
+pub(super) const ENTRIES: &[Entry] = &[Entry {
+    name: "ours",
+    summary: "this project's Bayesian Hilbert map: banded tiles, full covariance, f32, Gaussian variational update",
+    source: "Senanayake and Ramos 2018; Opper and Archambeau 2009 for the update",
+    size: Size::Metres(0.5),
+    open: |setup| Ok(Box::new(Ours::new(setup)?)),
+}];
+
+/// Observations of a scan beyond which a lesson of points is learned in pieces.
+const CAPACITIES: Capacities = Capacities { tiles: 1_024, points: 1 << 16, rows: 1 << 16, touched: 1 << 13 };
+
+/// The map every other command makes, through the interface every program has.
+pub(super) struct Ours {
+    map: Box<dyn AnyMap>,
+    passes: u64,
+}
+
+impl Ours {
+    pub(super) fn new(setup: &Setup) -> Result<Self, Failed> {
+        let mut settings = setup.profile.settings;
+        settings.spacing_m = setup.size;
+        settings.limits = setup.limits;
+        let profile = Profile { settings, capacities: CAPACITIES, ..*setup.profile };
+        let map = map::open(&profile).map_err(|error| Failed(error.to_string()))?;
+        Ok(Self { map, passes: 0 })
+    }
+
+    fn count(&mut self, outcome: Result<IntegrateReport, ScanRejected>) -> Result<(), Failed> {
+        let report = outcome.map_err(|rejected| Failed(rejected.to_string()))?;
+        let lost = report.rows_over_capacity
+            + report.rows_refused
+            + report.tiles_failed
+            + report.tiles_lost
+            + report.points.over_capacity
+            + report.beams.over_capacity;
+        self.passes += u64::from(report.passes);
+        if lost == 0 { Ok(()) } else { Err(Failed(format!("a scan was learned in part only: {report:?}"))) }
+    }
+}
+
+impl Baseline for Ours {
+    fn description(&self) -> String {
+        let settings = self.map.settings();
+        format!("{} m spacing, {} passes, {}", settings.spacing_m, settings.passes, settings.kernel.name())
+    }
+
+    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
+        if let Some(scan) = lesson.beams() {
+            let outcome = self.map.integrate(&scan.as_scan());
+            return self.count(outcome);
+        }
+        let (points_m, occupied): (Vec<Point<2>>, Vec<bool>) =
+            lesson.points().map(|(point_m, occupied)| (Point::from(point_m), occupied)).unzip();
+        for (points_m, occupied) in points_m.chunks(CAPACITIES.points).zip(occupied.chunks(CAPACITIES.points)) {
+            let outcome = self.map.integrate_points(points_m, occupied);
+            self.count(outcome)?;
+        }
+        Ok(())
+    }
+
+    fn predict(&mut self, points_m: &[[f32; 2]]) -> Vec<Prediction> {
+        let ask = |point_m: &[f32; 2]| {
+            let occupancy = self.map.occupancy(&Point::from(*point_m));
+            Prediction { logit: f64::from(occupancy.logit()), variance: Some(f64::from(occupancy.variance)) }
+        };
+        points_m.iter().map(ask).collect()
+    }
+
+    fn memory_bytes(&self) -> usize {
+        // What it works in does not grow with the log; what it knows is its tiles.
+        let (resident, archived) = self.map.tile_counts();
+        let (_, tile_bytes) = self.map.bytes();
+        (resident + archived) * tile_bytes
+    }
+
+    fn work(&self) -> Option<u64> {
+        Some(self.passes)
+    }
+}
