@@ -7,7 +7,9 @@
 
 pub mod baselines;
 pub mod chart;
+pub mod contest;
 pub mod evaluation;
+pub mod instructions;
 pub mod metrics;
 pub mod picture;
 pub mod search;

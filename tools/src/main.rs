@@ -12,6 +12,7 @@ mod live;
 mod logging;
 mod options;
 mod output;
+mod plates;
 mod progress;
 mod reports;
 

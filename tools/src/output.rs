@@ -48,6 +48,19 @@ pub(crate) fn columns(rows: &[Vec<String>]) -> String {
     rows.iter().map(line).collect()
 }
 
+/// The same as a table in Markdown, the first row as its head.
+pub(crate) fn markdown(rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace('\n', " "));
+    let Some((head, body)) = rows.split_first() else { return String::new() };
+    let rule = format!("|{}\n", "---|".repeat(head.len()));
+    let full = |row: &Vec<String>| {
+        let mut cells = row.clone();
+        cells.resize(head.len().max(row.len()), String::new());
+        line(&cells)
+    };
+    line(head) + &rule + &body.iter().map(full).collect::<String>()
+}
+
 /// A number of bytes in the unit that suits it.
 pub(crate) fn bytes(count: usize) -> String {
     match count {

@@ -115,6 +115,14 @@ trait ScanFormat {
 /// Every format that [`read_log`] knows.
 const SCAN_FORMATS: &[&dyn ScanFormat] = &[&CarmenLog];
 
+/// Opens a file as it is, or decompressed where it is gzip, which its first bytes say and not its name.
+///
+/// # Errors
+/// When the file cannot be opened or read.
+pub fn open(path: &Path) -> Result<Box<dyn BufRead>, DatasetError> {
+    input::plain_or_gzip(input::open(path)?).map_err(|source| DatasetError::unreadable(path, source))
+}
+
 /// Reads a scan log, plain or gzip, of whatever known format its first bytes show.
 ///
 /// # Errors

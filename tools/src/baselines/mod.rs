@@ -43,8 +43,9 @@ pub trait Baseline: Send {
     /// Bytes of state that a further scan needs.
     fn memory_bytes(&self) -> usize;
 
-    /// Units of work so far whose cost should not depend on the history, for a method that can name one: tiles times passes.
-    fn work(&self) -> Option<u64> {
+    /// Units of work so far whose cost should not depend on the history, for a method that has tiles: tiles times passes, and
+    /// rows of tiles times passes.
+    fn work(&self) -> Option<[u64; 2]> {
         None
     }
 }
@@ -59,7 +60,7 @@ pub struct Setup {
     /// How far beams are believed; lessons already keep to it.
     pub limits: BeamLimits,
     /// What our mapper begins with.
-    pub profile: &'static Profile,
+    pub profile: Profile,
     /// Where a method throws dice.
     pub seed: u64,
 }

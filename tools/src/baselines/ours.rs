@@ -22,7 +22,7 @@ const CAPACITIES: Capacities = Capacities { tiles: 1_024, points: 1 << 16, rows:
 /// The map every other command makes, through the interface every program has.
 pub(super) struct Ours {
     map: Box<dyn AnyMap>,
-    passes: u64,
+    work: [u64; 2],
 }
 
 impl Ours {
@@ -30,9 +30,9 @@ impl Ours {
         let mut settings = setup.profile.settings;
         settings.spacing_m = setup.size;
         settings.limits = setup.limits;
-        let profile = Profile { settings, capacities: CAPACITIES, ..*setup.profile };
+        let profile = Profile { settings, capacities: CAPACITIES, ..setup.profile };
         let map = map::open(&profile).map_err(|error| Failed(error.to_string()))?;
-        Ok(Self { map, passes: 0 })
+        Ok(Self { map, work: [0; 2] })
     }
 
     fn count(&mut self, outcome: Result<IntegrateReport, ScanRejected>) -> Result<(), Failed> {
@@ -43,7 +43,8 @@ impl Ours {
             + report.tiles_lost
             + report.points.over_capacity
             + report.beams.over_capacity;
-        self.passes += u64::from(report.passes);
+        let passes = u64::from(self.map.settings().passes);
+        self.work = [self.work[0] + u64::from(report.passes), self.work[1] + u64::from(report.rows) * passes];
         if lost == 0 { Ok(()) } else { Err(Failed(format!("a scan was learned in part only: {report:?}"))) }
     }
 }
@@ -83,7 +84,7 @@ impl Baseline for Ours {
         (resident + archived) * tile_bytes
     }
 
-    fn work(&self) -> Option<u64> {
-        Some(self.passes)
+    fn work(&self) -> Option<[u64; 2]> {
+        Some(self.work)
     }
 }

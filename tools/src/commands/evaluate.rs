@@ -232,7 +232,7 @@ impl Evaluated {
     }
 }
 
-fn fraction(text: &str) -> Result<f64, String> {
+pub(super) fn fraction(text: &str) -> Result<f64, String> {
     let fraction = text.parse::<f64>().ok().filter(|fraction| *fraction > 0.0 && *fraction < 1.0);
     fraction.ok_or_else(|| "expected a number above 0 and below 1".to_owned())
 }

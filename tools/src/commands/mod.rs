@@ -3,10 +3,12 @@
 mod bridge;
 mod budget;
 mod build;
+mod compare;
 mod completions;
 mod demo;
 mod evaluate;
 mod experiment;
+mod export;
 mod info;
 mod learn;
 mod onboard;
@@ -14,6 +16,8 @@ mod play;
 mod query;
 mod render;
 mod replay;
+mod reproduce;
+mod score;
 mod simulate;
 mod tune;
 mod watch;
@@ -51,6 +55,10 @@ commands! {
     Render in render,
     Info in info,
     Evaluate in evaluate,
+    Compare in compare,
+    Export in export,
+    Score in score,
+    Reproduce in reproduce,
     Learn in learn,
     Tune in tune,
     Experiment in experiment,

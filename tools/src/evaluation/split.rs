@@ -124,6 +124,16 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
 }
 
 impl TestPoints {
+    /// The questions about scans up to this one; of more than `most` some, evenly.
+    #[must_use]
+    pub fn until(&self, scan: u64, most: usize) -> Self {
+        let of_scan = || (0..self.scans.len()).filter(|i| self.scans[*i] <= scan);
+        let every = of_scan().count().div_ceil(most.max(1)).max(1);
+        let mut some = Self::default();
+        of_scan().step_by(every).for_each(|i| some.push(self.scans[i], self.points_m[i], self.occupied[i]));
+        some
+    }
+
     fn push(&mut self, scan: u64, point_m: [f32; 2], occupied: bool) {
         self.scans.push(scan);
         self.points_m.push(point_m);

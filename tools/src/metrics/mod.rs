@@ -15,13 +15,13 @@
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The number of equal-width bins on `p(occupied)` that [`Scores::ece`] compares.
 pub const CALIBRATION_BINS: usize = 15;
 
 /// The scores of a set of predictions. `y` is 1 for occupied and 0 for free, `N` the number of points.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     /// `N`, how many points were scored.
     pub points: usize,

@@ -6,7 +6,6 @@ mod cost;
 mod granularity;
 mod kernels;
 mod placement;
-mod plates;
 mod poses;
 mod relevance;
 mod segments;

@@ -20,8 +20,9 @@ use self::{
     outcome::{Outcome, Row},
     way::Way,
 };
-use super::{plates::Plates, trial::Exam};
+use super::trial::Exam;
 use crate::output::{Output, Usage};
+use crate::plates::Plates;
 
 /// What areas bring where supports are few (Fig. 5): points, rectangles and Gaussians on coarser and coarser lattices
 ///

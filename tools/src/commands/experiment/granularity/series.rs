@@ -2,8 +2,9 @@
 
 use bhm_tools::chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series};
 
+use crate::plates::Plates;
+
 use super::{
-    super::plates::Plates,
     Dataset, WAYS, Way,
     outcome::{Row, Spread},
 };

@@ -19,10 +19,8 @@ use clap::Args;
 use serde::Serialize;
 
 use self::alignment::{Alignment, alignment};
-use super::{
-    plates::Plates,
-    trial::{Exam, Marks, table, take},
-};
+use super::trial::{Exam, Marks, table, take};
+use crate::plates::Plates;
 use crate::{
     drawing::worth_drawing,
     options::{MapOptions, Number},

@@ -1,4 +1,4 @@
-//! Where experiments leave their pictures.
+//! Folders of pictures and text that commands write.
 
 use std::{
     fs,
@@ -16,26 +16,26 @@ use bhm_tools::{
 use crate::output::Usage;
 
 /// A folder that is filled file by file.
-pub(super) struct Plates<'a> {
+pub(crate) struct Plates<'a> {
     folder: &'a Path,
     /// What was written, in order.
-    pub(super) files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
 }
 
 impl<'a> Plates<'a> {
     /// Makes the folder if need be: at once, before anything is learned in vain.
-    pub(super) fn into(folder: &'a Path) -> anyhow::Result<Self> {
+    pub(crate) fn into(folder: &'a Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         Ok(Self { folder, files: Vec::new() })
     }
 
     /// Charts.
-    pub(super) fn figure(&mut self, name: &str, figure: &Figure<'_>) -> anyhow::Result<()> {
+    pub(crate) fn figure(&mut self, name: &str, figure: &Figure<'_>) -> anyhow::Result<()> {
         self.canvas(name, &figure.render()?)
     }
 
     /// The probability of occupancy, with shapes over it.
-    pub(super) fn map(
+    pub(crate) fn map(
         &mut self,
         name: &str,
         title: &str,
@@ -52,14 +52,15 @@ impl<'a> Plates<'a> {
     }
 
     /// A file of text.
-    pub(super) fn text(&mut self, name: &str, text: &str) -> anyhow::Result<()> {
+    pub(crate) fn text(&mut self, name: &str, text: &str) -> anyhow::Result<()> {
         let file = self.folder.join(name);
         fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
         self.files.push(file);
         Ok(())
     }
 
-    fn canvas(&mut self, name: &str, canvas: &Canvas) -> anyhow::Result<()> {
+    /// A picture.
+    pub(crate) fn canvas(&mut self, name: &str, canvas: &Canvas) -> anyhow::Result<()> {
         let file = self.folder.join(name);
         canvas.write_png(&file).with_context(|| format!("cannot write {}", file.display()))?;
         self.files.push(file);
@@ -67,7 +68,7 @@ impl<'a> Plates<'a> {
     }
 
     /// The names of the files in a line each.
-    pub(super) fn list(&self) -> String {
+    pub(crate) fn list(&self) -> String {
         self.files.iter().map(|file| format!("written  {}\n", file.display())).collect()
     }
 }

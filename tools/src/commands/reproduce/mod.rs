@@ -1,0 +1,193 @@
+//! The paper's table and figures, measured here: a folder with one page, its pictures, and every outcome.
+
+mod curves;
+mod maps;
+mod page;
+mod passes;
+mod per_tile;
+mod scaling;
+mod tables;
+
+use std::path::PathBuf;
+
+use bhm_tools::{
+    contest::{Contest, Contestant, Dataset, Outcome, Results, RunOptions},
+    evaluation::Held,
+};
+use clap::Args;
+use serde::Serialize;
+use tracing::info;
+
+use self::page::Page;
+use super::compare::{hold, load, sittings};
+use crate::output::{Output, Usage, table};
+
+/// Reproduce the paper's tables and figures as a report: every system, every dataset, one page
+///
+/// Datasets 1 and 2 are simulated here, since the originals are not public; dataset 3, the Intel Research Lab, is a log that you
+/// give by its path. What was measured is kept in the folder, and a report that was cut short goes on where it was.
+#[derive(Args, Debug)]
+pub(crate) struct Reproduce {
+    /// Dataset 3, the log of the Intel Research Lab; without it the report has the simulated ones alone
+    log: Option<PathBuf>,
+    /// Folder of the report
+    #[arg(short, long, default_value = "bhm-out/report", value_name = "FOLDER")]
+    output: PathBuf,
+    /// A small report for a first look: few scans, short deadlines
+    #[arg(long)]
+    quick: bool,
+    /// Processor time that a contestant may learn in an exam, seconds [default: 40, with --quick 1]
+    #[arg(long, value_name = "S", value_parser = super::compare::seconds)]
+    deadline: Option<f64>,
+    /// Seed of the simulated worlds, of what is held out, and of contestants' dice
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Seeds over which those are repeated who finish an exam within a few seconds [default: 3, with --quick 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
+    seeds: Option<u64>,
+    /// How many exams are taken at once
+    #[arg(short, long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64), value_name = "N")]
+    jobs: u16,
+    /// Leave out the count of instructions, which needs valgrind
+    #[arg(long)]
+    no_instructions: bool,
+}
+
+/// How much of everything a report has.
+struct Extent {
+    deadline_s: f64,
+    seeds: u64,
+    /// Every how many scans of a scene and of a log are used.
+    every: [usize; 2],
+    held: &'static [Held],
+    /// Who finishes an exam in less time is repeated under further seeds, seconds.
+    repeated_s: f64,
+    marks: usize,
+    /// Sizes in each direction of the table of run times.
+    scaling_steps: usize,
+}
+
+const FULL: Extent = Extent {
+    deadline_s: 40.0,
+    seeds: 3,
+    every: [1, 1],
+    held: &[Held::Points, Held::Beams, Held::Scans],
+    repeated_s: 6.0,
+    marks: 20,
+    scaling_steps: 4,
+};
+
+const QUICK: Extent = Extent {
+    deadline_s: 1.0,
+    seeds: 1,
+    every: [15, 30],
+    held: &[Held::Points, Held::Beams, Held::Scans],
+    repeated_s: 0.0,
+    marks: 5,
+    scaling_steps: 2,
+};
+
+/// The part that the paper holds out.
+const FRACTION: f64 = 0.1;
+
+/// Our map besides the default of every contestant.
+const FINE: &str = "ours:0.25";
+const COARSE: &str = "ours:0.5";
+
+/// What the paper calls BHM at a size that a full matrix allows, besides the published one.
+const SMALL_DENSE: &str = "bhm-dense:2";
+
+#[derive(Serialize)]
+struct Reproduced {
+    report: PathBuf,
+    pictures: Vec<PathBuf>,
+    outcomes: usize,
+    stopped: usize,
+    failed: usize,
+}
+
+impl Reproduce {
+    pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+        let extent = if self.quick { &QUICK } else { &FULL };
+        if self.log.as_ref().is_some_and(|log| !log.is_file()) {
+            let log = self.log.as_ref().map_or_else(String::new, |log| log.display().to_string());
+            return Err(Usage(format!("{log}: no such file")).into());
+        }
+        let mut page = Page::into(&self.output)?;
+        let mut results = Results::open(&self.output.join("results.jsonl"))?;
+        let outcomes = self.contest(extent, &mut results)?;
+
+        page.heading(self.log.is_some(), self.quick);
+        tables::write(&mut page, &outcomes, self.log.is_some());
+        curves::scores(&mut page, &outcomes)?;
+        maps::write(&mut page, &self.datasets(extent)?, self.seed)?;
+        curves::run_times(&mut page, &outcomes)?;
+        if !self.no_instructions {
+            per_tile::write(&mut page, self.log.as_deref(), extent, &self.output)?;
+        }
+        curves::unseen(&mut page, &outcomes)?;
+        passes::write(&mut page, self, extent, &mut results)?;
+        scaling::write(&mut page, extent, self.seed, &mut results)?;
+
+        let (report, pictures) = page.finish()?;
+        let failed = outcomes.iter().filter(|o| matches!(o.ending, bhm_tools::contest::Ending::Failed { .. })).count();
+        let stopped = outcomes.iter().filter(|outcome| !outcome.finished()).count() - failed;
+        let reproduced = Reproduced { report, pictures, outcomes: outcomes.len(), stopped, failed };
+        output.result(&reproduced, || {
+            let Reproduced { report, pictures, outcomes, stopped, failed } = &reproduced;
+            table(&[
+                ("report", report.display().to_string()),
+                ("pictures", pictures.len().to_string()),
+                ("outcomes", format!("{outcomes}, {stopped} of them stopped at the deadline, {failed} failed")),
+            ])
+        })
+    }
+
+    /// The paper's datasets, by number.
+    fn datasets(&self, extent: &Extent) -> anyhow::Result<Vec<Dataset>> {
+        let mut datasets = vec![Dataset::parse("traffic")?, Dataset::parse("outdoor")?];
+        for (dataset, name) in datasets.iter_mut().zip(["1: traffic", "2: outdoor site"]) {
+            (dataset.name, dataset.every) = (name.to_owned(), extent.every[0]);
+        }
+        if let Some(log) = &self.log {
+            let dataset = Dataset::parse(&log.to_string_lossy())?;
+            datasets.push(Dataset { name: "3: Intel".to_owned(), every: extent.every[1], ..dataset });
+        }
+        Ok(datasets)
+    }
+
+    /// Everyone on everything; then further seeds for those who are quick.
+    fn contest(&self, extent: &Extent, results: &mut Results) -> anyhow::Result<Vec<Outcome>> {
+        let mut contestants: Vec<Contestant> = vec![FINE.parse()?];
+        contestants.extend(Contestant::all());
+        contestants.extend(SMALL_DENSE.parse::<Contestant>().ok());
+        let options = RunOptions { deadline_s: Some(self.deadline.unwrap_or(extent.deadline_s)), marks: extent.marks };
+        let datasets = self.datasets(extent)?;
+        let seeds = self.seeds.unwrap_or(extent.seeds);
+        let mut outcomes = Vec::new();
+        for seed in self.seed..self.seed.saturating_add(seeds) {
+            // Simulated worlds are driven again under each seed, recorded ones divided anew.
+            let loaded = load(&datasets, &[seed])?;
+            for held in extent.held {
+                let entrants = if seed == self.seed {
+                    contestants.clone()
+                } else {
+                    let quick = |who: &Contestant| is_quick(&outcomes, who, extent.repeated_s);
+                    contestants.iter().copied().filter(quick).collect()
+                };
+                let sittings = sittings(&loaded, &[*held], FRACTION)?;
+                info!("seed {seed}, {held:?} held out: {} contestants", entrants.len());
+                let contest = Contest { sittings, contestants: entrants, options, jobs: usize::from(self.jobs) };
+                outcomes.extend(hold(&contest, results)?);
+            }
+        }
+        Ok(outcomes)
+    }
+}
+
+/// Whether a contestant finished every exam so far within a few seconds.
+fn is_quick(outcomes: &[Outcome], who: &Contestant, within_s: f64) -> bool {
+    let name = who.to_string();
+    let spent_s = |outcome: &Outcome| outcome.update_ms.iter().map(|ms| f64::from(*ms)).sum::<f64>() / 1e3;
+    outcomes.iter().filter(|o| o.contestant == name).all(|o| o.finished() && spent_s(o) < within_s)
+}

@@ -1,0 +1,82 @@
+use std::{
+    fs::{File, OpenOptions},
+    io::{self, BufRead, BufReader, Write},
+    path::{Path, PathBuf},
+};
+
+use super::Outcome;
+
+/// Outcomes, kept in a file as they come: one JSON object a line.
+///
+/// A line that was cut short, as a process that is killed leaves it, is counted and passed over; so is one that another
+/// version wrote and this one cannot read.
+#[derive(Debug)]
+pub struct Results {
+    outcomes: Vec<Outcome>,
+    unreadable: usize,
+    file: Option<(PathBuf, File)>,
+}
+
+/// A file of outcomes cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {source}", path = path.display())]
+pub struct ResultsError {
+    path: PathBuf,
+    source: io::Error,
+}
+
+impl Results {
+    /// In memory alone.
+    #[must_use]
+    pub fn in_memory() -> Self {
+        Self { outcomes: Vec::new(), unreadable: 0, file: None }
+    }
+
+    /// In a file, with what it already holds; made if it is not there.
+    ///
+    /// # Errors
+    /// If the file cannot be read or written.
+    pub fn open(path: &Path) -> Result<Self, ResultsError> {
+        let failed = |source| ResultsError { path: path.to_owned(), source };
+        let mut file = OpenOptions::new().create(true).read(true).append(true).open(path).map_err(failed)?;
+        let (mut outcomes, mut unreadable, mut ends_in_newline) = (Vec::new(), 0, true);
+        let mut reader = BufReader::new(&file);
+        let mut line = Vec::new();
+        while reader.read_until(b'\n', &mut line).map_err(failed)? > 0 {
+            ends_in_newline = line.ends_with(b"\n");
+            match serde_json::from_slice(&line) {
+                Ok(outcome) => outcomes.push(outcome),
+                Err(_) => unreadable += usize::from(!line.trim_ascii().is_empty()),
+            }
+            line.clear();
+        }
+        if !ends_in_newline {
+            file.write_all(b"\n").map_err(failed)?;
+        }
+        Ok(Self { outcomes, unreadable, file: Some((path.to_owned(), file)) })
+    }
+
+    /// Everything so far, oldest first.
+    #[must_use]
+    pub fn outcomes(&self) -> &[Outcome] {
+        &self.outcomes
+    }
+
+    /// Lines of the file that say nothing.
+    #[must_use]
+    pub fn unreadable(&self) -> usize {
+        self.unreadable
+    }
+
+    /// Keeps one.
+    ///
+    /// # Errors
+    /// If it cannot be written; it is kept in memory all the same.
+    pub fn keep(&mut self, outcome: Outcome) -> Result<(), ResultsError> {
+        let line = serde_json::to_string(&outcome).map_err(io::Error::other);
+        self.outcomes.push(outcome);
+        let Some((path, file)) = &mut self.file else { return Ok(()) };
+        let written = line.and_then(|line| file.write_all((line + "\n").as_bytes()));
+        written.map_err(|source| ResultsError { path: path.clone(), source })
+    }
+}

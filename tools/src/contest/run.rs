@@ -1,0 +1,221 @@
+use std::{hash::Hasher, time::Duration};
+
+use rustix::time::{ClockId, clock_gettime};
+
+use super::{Contestant, Ending, Loaded, Mark, Outcome, Quantiles, UnseenMarks, UnseenPlaces, outcome::over_scans};
+use crate::{
+    baselines::{Baseline, Failed, Prediction, Setup},
+    evaluation::{Exam, Lesson, TestPoints, Timing},
+    metrics::{ScoreError, Scores},
+};
+
+/// Questions that a mark on the way is made of, at most: some methods answer slowly.
+const QUESTIONS_OF_A_MARK: usize = 4_000;
+
+/// How an exam is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunOptions {
+    /// Processor time for learning, seconds.
+    pub deadline_s: Option<f64>,
+    /// How many marks are given on the way; the last is at the end.
+    pub marks: usize,
+}
+
+/// Has a contestant take an exam. `after_scan` hears how many scans are learned.
+///
+/// Whatever goes wrong is part of the outcome.
+pub fn run(
+    contestant: &Contestant,
+    sitting: &super::Sitting,
+    options: &RunOptions,
+    after_scan: &mut dyn FnMut(usize),
+) -> Outcome {
+    let super::Sitting { loaded, exam, unseen, .. } = sitting;
+    let mut outcome = Outcome::before(contestant, sitting, options);
+    let mut baseline = match (contestant.entry.open)(&setup(contestant, loaded, exam, sitting.seed)) {
+        Ok(baseline) => baseline,
+        Err(Failed(why)) => return Outcome { ending: Ending::Failed { why }, ..outcome },
+    };
+    let mut durations = Vec::with_capacity(exam.lessons.len());
+    let mut spent = Duration::ZERO;
+    let mut last_work = baseline.work();
+    for (lesson, number) in exam.lessons.iter().zip(1..) {
+        let start = processor_time();
+        let learned = measured_update(&mut *baseline, lesson);
+        let duration = processor_time().saturating_sub(start);
+        if let Err(Failed(why)) = learned {
+            outcome.ending = Ending::Failed { why };
+            break;
+        }
+        spent += duration;
+        durations.push(duration);
+        outcome.update_ms.push(duration.as_secs_f32() * 1e3);
+        let work = baseline.work();
+        outcome.work.extend(work.zip(last_work).map(|(now, before)| [now[0] - before[0], now[1] - before[1]]));
+        last_work = work;
+        outcome.learned = number;
+        after_scan(number);
+        // The k-th of n marks when k n-ths are learned.
+        let marks_due = |learned: usize| learned * options.marks / exam.lessons.len();
+        if marks_due(number) > marks_due(number - 1) {
+            outcome.curve.extend(mark(&mut *baseline, &exam.test, lesson.scan, number));
+        }
+        if options.deadline_s.is_some_and(|deadline_s| spent.as_secs_f64() > deadline_s) && number < exam.lessons.len()
+        {
+            outcome.ending = Ending::Deadline;
+            break;
+        }
+    }
+    outcome.description = baseline.description();
+    outcome.memory_bytes = baseline.memory_bytes();
+    outcome.growth = growth(&outcome.update_ms);
+    outcome.timing = Timing::of(durations);
+    if let Err(error) = judge(&mut outcome, &mut *baseline, exam, unseen.as_ref()) {
+        outcome.ending = Ending::Failed { why: error.to_string() };
+    }
+    outcome
+}
+
+/// One update, kept out of line so that an instrument can count it by name.
+#[inline(never)]
+fn measured_update(baseline: &mut dyn Baseline, lesson: &Lesson) -> Result<(), Failed> {
+    baseline.integrate(lesson)
+}
+
+/// What a contestant is made for.
+#[must_use]
+pub fn setup(contestant: &Contestant, loaded: &Loaded, exam: &Exam, seed: u64) -> Setup {
+    Setup {
+        area_m: exam.area_m().unwrap_or_default(),
+        size: contestant.size_on(loaded.dataset.scale()),
+        limits: exam.limits,
+        profile: loaded.dataset.profile,
+        seed,
+    }
+}
+
+impl Outcome {
+    fn before(contestant: &Contestant, sitting: &super::Sitting, options: &RunOptions) -> Self {
+        Self {
+            contestant: contestant.to_string(),
+            description: String::new(),
+            dataset: sitting.loaded.dataset.name.clone(),
+            held: sitting.held.clone(),
+            seed: sitting.seed,
+            exam: sitting.digest.clone(),
+            deadline_s: options.deadline_s,
+            scans: sitting.exam.lessons.len(),
+            learned: 0,
+            ending: Ending::Finished,
+            scores: None,
+            auc_over_scans: None,
+            nll_over_scans: None,
+            curve: Vec::new(),
+            unseen: None,
+            timing: Timing::default(),
+            growth: None,
+            update_ms: Vec::new(),
+            work: Vec::new(),
+            memory_bytes: 0,
+        }
+    }
+}
+
+fn judge(
+    outcome: &mut Outcome,
+    baseline: &mut dyn Baseline,
+    exam: &Exam,
+    unseen: Option<&UnseenPlaces>,
+) -> Result<(), ScoreError> {
+    let Some(last) = outcome.learned.checked_sub(1) else { return Ok(()) };
+    let everything = outcome.learned == exam.lessons.len();
+    let asked = if everything { exam.test.clone() } else { exam.test.until(exam.lessons[last].scan, usize::MAX) };
+    if asked.points_m.is_empty() {
+        return Ok(());
+    }
+    let logits = logits(baseline.predict(&asked.points_m));
+    outcome.scores = Some(Scores::of(&logits, &asked.occupied)?);
+    [outcome.auc_over_scans, outcome.nll_over_scans] = over_scans(&logits, &asked)?;
+    if let Some(places) = unseen.filter(|places| everything && !places.points_m.is_empty()) {
+        outcome.unseen = unseen_marks(baseline, places)?;
+    }
+    Ok(())
+}
+
+fn logits(predictions: Vec<Prediction>) -> Vec<f64> {
+    predictions.into_iter().map(|prediction| prediction.logit).collect()
+}
+
+fn unseen_marks(baseline: &mut dyn Baseline, places: &UnseenPlaces) -> Result<Option<UnseenMarks>, ScoreError> {
+    let logits = logits(baseline.predict(&places.points_m));
+    let scores = Scores::of(&logits, &places.occupied)?;
+    let probabilities = |wanted: bool| {
+        let of = logits.iter().zip(&places.occupied).filter(|(_, occupied)| **occupied == wanted);
+        Quantiles::of(of.map(|(logit, _)| 1.0 / (1.0 + (-logit).exp())).collect())
+    };
+    Ok(probabilities(true).zip(probabilities(false)).map(|(inside, outside)| UnseenMarks { scores, inside, outside }))
+}
+
+fn mark(baseline: &mut dyn Baseline, test: &TestPoints, scan: u64, scans: usize) -> Option<Mark> {
+    let asked = test.until(scan, QUESTIONS_OF_A_MARK);
+    let scores = Scores::of(&logits(baseline.predict(&asked.points_m)), &asked.occupied).ok()?;
+    Some(Mark { scans, auc: scores.auc, nll: scores.nll })
+}
+
+/// Median of the last quarter relative to that of the first; `None` for fewer than eight updates.
+fn growth(update_ms: &[f32]) -> Option<f64> {
+    let quarter = update_ms.len() / 4;
+    let median = |part: &[f32]| {
+        let mut sorted = part.to_vec();
+        sorted.sort_unstable_by(f32::total_cmp);
+        f64::from(sorted[sorted.len() / 2])
+    };
+    let first = (quarter >= 2).then(|| median(&update_ms[..quarter])).filter(|first| *first > 0.0)?;
+    Some(median(&update_ms[update_ms.len() - quarter..]) / first)
+}
+
+/// What the processor has worked for this thread.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}
+
+/// Checksum of everything that is learned and asked, in hexadecimal.
+pub(super) fn digest(exam: &Exam) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    let mut count = 0_u64;
+    let mut add = |scan: u64, point_m: [f32; 2], occupied: bool| {
+        hasher.write_u64(scan);
+        point_m.iter().for_each(|x| hasher.write_u32(x.to_bits()));
+        hasher.write_u8(u8::from(occupied));
+        count += 1;
+    };
+    for lesson in &exam.lessons {
+        lesson.points().for_each(|(point_m, occupied)| add(lesson.scan, point_m, occupied));
+    }
+    let TestPoints { points_m, occupied, scans } = &exam.test;
+    points_m.iter().zip(occupied).zip(scans).for_each(|((point_m, occupied), scan)| add(*scan, *point_m, *occupied));
+    format!("{:08x}-{count}", hasher.finalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_compares_medians_of_quarters() {
+        assert_eq!(growth(&[1.0, 1.0, 9.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 2.0, 2.0, 0.1]), Some(2.0));
+        assert_eq!(growth(&[1.0; 7]), None);
+        assert_eq!(growth(&[0.0; 8]), None);
+    }
+
+    #[test]
+    fn processor_time_passes_while_it_works() {
+        let start = processor_time();
+        let mut sum = 0.0_f64;
+        while processor_time() == start {
+            sum += sum.sin() + 1.0;
+        }
+        assert!(sum > 0.0);
+    }
+}
