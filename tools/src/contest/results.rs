@@ -80,3 +80,67 @@ impl Results {
         written.map_err(|source| ResultsError { path: path.clone(), source })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contest::{Contest, Contestant, Dataset, Progress, RunOptions, Sitting};
+    use crate::evaluation::Held;
+
+    struct Silent;
+
+    impl Progress for Silent {
+        fn begins(&self, _: usize, _: &str, _: usize) {}
+        fn learned(&self, _: usize, _: usize) {}
+        fn ends(&self, _: usize, _: &Outcome) {}
+    }
+
+    fn outcomes(results: &mut Results) -> Vec<Outcome> {
+        let loaded = Dataset { every: 150, ..Dataset::parse("building").unwrap() }.load(1).unwrap();
+        let exam = loaded.exam(Held::Beams, 0.1, 1).unwrap();
+        let contest = Contest {
+            sittings: vec![Sitting::new(&loaded, "beams".to_owned(), 1, exam)],
+            contestants: vec!["counting-grid:0.5".parse::<Contestant>().unwrap()],
+            options: RunOptions { deadline_s: None, marks: 2 },
+            jobs: 1,
+        };
+        contest.run(results, &Silent).unwrap()
+    }
+
+    #[test]
+    fn what_is_read_back_is_what_was_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.jsonl");
+        let kept = outcomes(&mut Results::open(&path).unwrap());
+        assert_eq!((kept.len(), kept[0].curve.len(), kept[0].learned), (1, 2, 4));
+        let again = Results::open(&path).unwrap();
+        assert_eq!((again.outcomes(), again.unreadable()), (&kept[..], 0));
+    }
+
+    #[test]
+    fn cuts_and_junk_are_counted_and_hide_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.jsonl");
+        let kept = outcomes(&mut Results::open(&path).unwrap());
+        let line = fs_line(&path);
+        for cut in 1..line.len() {
+            std::fs::write(&path, &line[..cut]).unwrap();
+            let mut results = Results::open(&path).unwrap();
+            assert!(results.outcomes().is_empty() && results.unreadable() == 1, "cut at {cut}");
+            if cut % 97 == 0 {
+                // What follows a cut is on a line of its own.
+                results.keep(kept[0].clone()).unwrap();
+                assert_eq!(Results::open(&path).unwrap().outcomes(), kept);
+            }
+        }
+        let junk = [&b"\xff\xfe\x00 junk\n{}\n[1]\n\n{\"contestant\":3}\n"[..], line.as_slice(), b"\n"].concat();
+        std::fs::write(&path, junk).unwrap();
+        let results = Results::open(&path).unwrap();
+        assert_eq!((results.outcomes(), results.unreadable()), (&kept[..], 4));
+    }
+
+    /// The first line without its end.
+    fn fs_line(path: &Path) -> Vec<u8> {
+        std::fs::read(path).unwrap().trim_ascii_end().to_vec()
+    }
+}

@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod budget;
+mod contest;
 mod experiments;
 mod figures;
 mod live;

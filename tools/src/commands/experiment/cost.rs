@@ -16,7 +16,7 @@ use bhm_host::{ScanRecord, supports::observe};
 /// By callgrind within `integrate_avx2` of `bhm evaluate --profile compact`, built with the dev profile, on every 30th scan of
 /// the Intel log: with 1 and 3 passes, which tells a row's features, computed once, from what each pass does with them, and
 /// with two densities of points, which tells rows from tiles. Debug assertions count, so that these are some tenths more than
-/// a release build takes; only their ratios matter here. `cargo bench -p bhm-tests --bench instructions -- LOG every=30
+/// a release build takes; only their ratios matter here. `cargo bench -p bhm-tools --bench instructions -- LOG every=30
 /// kernel=… beam-rule=… passes=…` finds them for a release build. Of two scales, `row_pass` and `segment` are extrapolated.
 struct Counted {
     kernel: KernelChoice,

@@ -15,7 +15,7 @@ use super::By;
 use crate::{options::Effective, progress, reports::Learned};
 
 /// Instructions that a tile and a row take in a pass, with tiles of 144 supports in a band of 40 and a stencil of 4: what
-/// `cargo bench -p bhm-tests --bench instructions` finds, there within 2 % of every scan of a recorded log.
+/// `cargo bench -p bhm-tools --bench instructions` finds, there within 2 % of every scan of a recorded log.
 const TILE_PASS: f64 = 355e3;
 const ROW_PASS: f64 = 3.9e3;
 

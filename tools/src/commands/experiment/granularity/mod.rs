@@ -21,8 +21,10 @@ use self::{
     way::Way,
 };
 use super::trial::Exam;
-use crate::output::{Output, Usage};
-use crate::plates::Plates;
+use crate::{
+    output::{Output, Usage},
+    plates::Plates,
+};
 
 /// What areas bring where supports are few (Fig. 5): points, rectangles and Gaussians on coarser and coarser lattices
 ///

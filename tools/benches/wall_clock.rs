@@ -1,6 +1,6 @@
 //! How long things take here and now: to compare on one machine, never to assert.
 //!
-//! `cargo bench -p bhm-tests --bench wall_clock`. The instruction counts beside it are what the documentation quotes.
+//! `cargo bench -p bhm-tools --bench wall_clock`. The instruction counts beside it are what the documentation quotes.
 
 use bhm_core::{
     geometry::Point,

@@ -1,6 +1,6 @@
 //! How many instructions a scan costs, and what explains them: counted by callgrind, so that a busy machine does not matter.
 //!
-//! `cargo bench -p bhm-tests --bench instructions [-- LOG NAME=VALUE …]` runs itself under `valgrind --tool=callgrind`, which
+//! `cargo bench -p bhm-tools --bench instructions [-- LOG NAME=VALUE …]` runs itself under `valgrind --tool=callgrind`, which
 //! dumps the count after every call of [`measured`]. Without a log it maps the simulated building. It fails if the figures
 //! leave their bounds: the mean of a scan, and the linear model `a·tiles·passes + b·rows·passes + c` over all scans.
 //!
@@ -24,6 +24,7 @@ use bhm_core::{
     settings::Settings,
 };
 use bhm_host::{ScanRecord, dataset, map, sim};
+use bhm_tools::instructions::{CountError, Counted, PerTile, count_calls, plane};
 
 /// Most instructions that a scan of a log may cost on average, at 0.5 m and three passes; the simulated scans have twice the
 /// beams of the log that the bound is for, and are held to the model only.
@@ -145,29 +146,12 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Runs this program under callgrind, counting within one function.
-fn callgrind(
-    folder: &Path,
-    what: &str,
-    function: &str,
-    options: &[&str],
-    arguments: &[String],
-) -> Result<String, String> {
-    let output = Command::new("valgrind")
-        .arg("--tool=callgrind")
-        .arg(format!("--toggle-collect=instructions::{function}"))
-        .args(options)
-        .arg(format!("--callgrind-out-file={}", folder.join(what).display()))
-        .arg(env::current_exe().map_err(|error| error.to_string())?)
-        .args(arguments)
-        .env(CHILD, what)
-        .output()
-        .map_err(|error| format!("cannot run valgrind ({error}); install it (Debian: apt-get install valgrind)"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!("callgrind failed: {}", String::from_utf8_lossy(&output.stderr)))
-    }
+/// Runs this program under callgrind, as the process that counts `what`: instructions of each call of `function`.
+fn count(folder: &Path, what: &str, function: &str, arguments: &[String]) -> Result<Counted, CountError> {
+    let folder = folder.join(what);
+    fs::create_dir_all(&folder).expect("a temporary folder");
+    let mut program = Command::new(env::current_exe().expect("this program has a path"));
+    count_calls(&folder, &format!("instructions::{function}"), program.args(arguments).env(CHILD, what))
 }
 
 fn parent(arguments: &[String]) -> ExitCode {
@@ -176,36 +160,30 @@ fn parent(arguments: &[String]) -> ExitCode {
     fs::create_dir_all(&folder).expect("a temporary folder");
     let shapes = [("measured_spline_tile", "M = 144, B = 40"), ("measured_exponential_tile", "M = 196, B = 76")];
     for (name, shape) in shapes.into_iter().filter(|_| task.usual) {
-        if let Err(error) = callgrind(&folder, name, name, &[], &[]) {
-            eprintln!("{error}");
-            return ExitCode::FAILURE;
+        match count(&folder, name, name, &[]) {
+            Ok(counted) => {
+                println!("kernels, {shape}     {:.0} (factor, solve, inverse; without AVX2)", counted.calls[0]);
+            }
+            Err(error) => {
+                eprintln!("{error}");
+                return ExitCode::FAILURE;
+            }
         }
-        println!("kernels, {shape}     {:.0} (factor, solve, inverse; without AVX2)", count_of(&folder.join(name)));
     }
-    let lines = match callgrind(&folder, "scans", "measured", &["--dump-after=instructions::measured"], arguments) {
-        Ok(lines) => lines,
+    let counted = match count(&folder, "scans", "measured", arguments) {
+        Ok(counted) => counted,
         Err(error) => {
             eprintln!("{error}");
             return ExitCode::FAILURE;
         }
     };
-    let rows: Vec<[f64; 2]> = lines
-        .lines()
-        .filter_map(|line| {
-            let (tiles, rows) = line.split_once(' ')?;
-            Some([tiles.parse().ok()?, rows.parse().ok()?])
-        })
-        .collect();
-    let counts: Vec<f64> = (1..=rows.len()).map(|part| count_of(&folder.join(format!("scans.{part}")))).collect();
     fs::remove_dir_all(&folder).ok();
-    report(&rows, &counts, &task)
-}
-
-/// The total of a dump.
-fn count_of(path: &Path) -> f64 {
-    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let total = text.lines().find_map(|line| line.strip_prefix("totals: ").or_else(|| line.strip_prefix("summary: ")));
-    total.and_then(|total| total.trim().parse().ok()).unwrap_or_else(|| panic!("{} has no total", path.display()))
+    let work = |line: &str| {
+        let (tiles, rows) = line.split_once(' ')?;
+        Some([tiles.parse().ok()?, rows.parse().ok()?])
+    };
+    let rows: Vec<[f64; 2]> = counted.stdout.lines().filter_map(work).collect();
+    report(&rows, &counted.calls, &task)
 }
 
 fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {
@@ -213,7 +191,7 @@ fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {
     let passes = f64::from(task.profile.settings.passes);
     let mean = counts.iter().sum::<f64>() / scans;
     let worst = counts.iter().copied().fold(0.0, f64::max);
-    let [a, b, c] = least_squares(rows, counts);
+    let [a, b, c] = plane(rows, counts);
     let residual = |(row, count): (&[f64; 2], &f64)| ((a * row[0] + b * row[1] + c) / count - 1.0).abs();
     let mut residuals: Vec<f64> = rows.iter().zip(counts).map(residual).collect();
     residuals.sort_by(f64::total_cmp);
@@ -226,37 +204,12 @@ fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {
     println!("b, per row and pass          {b:.0}");
     println!("c, per scan                  {c:.0}");
     println!("rows a scan, mean            {:.1}", rows.iter().map(|row| row[1]).sum::<f64>() / passes / scans);
+    if let Some(per_tile) = PerTile::of(rows, counts) {
+        let [whole, without_rows] = per_tile.drift().map(|drift| 100.0 * drift);
+        println!("a tile and pass, last quarter against first: {without_rows:+.2} % (everything: {whole:+.2} %)");
+    }
     println!("off the model, largest       {:.2} % (bound {:.0} %)", 100.0 * largest, 100.0 * MODEL_BOUND);
     println!("off the model, 99th percent. {:.2} %", 100.0 * p99);
     let bounded = (mean <= MEAN_BOUND || task.log.is_none()) && largest <= MODEL_BOUND;
     if bounded || !task.usual { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// The plane through the counts: normal equations of three unknowns, by Gaussian elimination.
-fn least_squares(rows: &[[f64; 2]], counts: &[f64]) -> [f64; 3] {
-    let mut system = [[0.0; 4]; 3];
-    for (row, count) in rows.iter().zip(counts) {
-        let x = [row[0], row[1], 1.0];
-        for i in 0..3 {
-            for j in 0..3 {
-                system[i][j] += x[i] * x[j];
-            }
-            system[i][3] += x[i] * count;
-        }
-    }
-    for pivot in 0..3 {
-        let normal = system[pivot];
-        for row in system.iter_mut().skip(pivot + 1) {
-            let factor = row[pivot] / normal[pivot];
-            for (entry, above) in row.iter_mut().zip(normal) {
-                *entry -= factor * above;
-            }
-        }
-    }
-    let mut solution = [0.0; 3];
-    for row in (0..3).rev() {
-        let known: f64 = (row + 1..3).map(|column| system[row][column] * solution[column]).sum();
-        solution[row] = (system[row][3] - known) / system[row][row];
-    }
-    solution
 }
