@@ -195,5 +195,5 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
 
 /// The number that a dataset's name begins with, for a file's name.
 fn number(dataset: &str) -> &str {
-    dataset.split(':').next().unwrap_or(dataset)
+    dataset.split(' ').next().unwrap_or(dataset)
 }

@@ -36,7 +36,7 @@ pub(crate) struct Reproduce {
     /// A small report for a first look: few scans, short deadlines
     #[arg(long)]
     quick: bool,
-    /// Processor time that a contestant may learn in an exam, seconds [default: 40, with --quick 1]
+    /// Processor time that a contestant may learn in an exam, seconds [default: 60, with --quick 1]
     #[arg(long, value_name = "S", value_parser = super::compare::seconds)]
     deadline: Option<f64>,
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice
@@ -68,7 +68,7 @@ struct Extent {
 }
 
 const FULL: Extent = Extent {
-    deadline_s: 40.0,
+    deadline_s: 60.0,
     seeds: 3,
     every: [1, 1],
     held: &[Held::Points, Held::Beams, Held::Scans],
@@ -80,7 +80,7 @@ const FULL: Extent = Extent {
 const QUICK: Extent = Extent {
     deadline_s: 1.0,
     seeds: 1,
-    every: [15, 30],
+    every: [25, 30],
     held: &[Held::Points, Held::Beams, Held::Scans],
     repeated_s: 0.0,
     marks: 5,
@@ -113,6 +113,7 @@ impl Reproduce {
             let log = self.log.as_ref().map_or_else(String::new, |log| log.display().to_string());
             return Err(Usage(format!("{log}: no such file")).into());
         }
+        let deadline_s = self.deadline.unwrap_or(extent.deadline_s);
         let mut page = Page::into(&self.output)?;
         let mut results = Results::open(&self.output.join("results.jsonl"))?;
         let outcomes = self.contest(extent, &mut results)?;
@@ -120,7 +121,7 @@ impl Reproduce {
         page.heading(self.log.is_some(), self.quick);
         tables::write(&mut page, &outcomes, self.log.is_some());
         curves::scores(&mut page, &outcomes)?;
-        maps::write(&mut page, &self.datasets(extent)?, self.seed)?;
+        maps::write(&mut page, &self.datasets(extent)?, self.seed, deadline_s)?;
         curves::run_times(&mut page, &outcomes)?;
         if !self.no_instructions {
             per_tile::write(&mut page, self.log.as_deref(), extent, &self.output)?;
@@ -146,12 +147,12 @@ impl Reproduce {
     /// The paper's datasets, by number.
     fn datasets(&self, extent: &Extent) -> anyhow::Result<Vec<Dataset>> {
         let mut datasets = vec![Dataset::parse("traffic")?, Dataset::parse("outdoor")?];
-        for (dataset, name) in datasets.iter_mut().zip(["1: traffic", "2: outdoor site"]) {
+        for (dataset, name) in datasets.iter_mut().zip(["1 (traffic)", "2 (outdoor site)"]) {
             (dataset.name, dataset.every) = (name.to_owned(), extent.every[0]);
         }
         if let Some(log) = &self.log {
             let dataset = Dataset::parse(&log.to_string_lossy())?;
-            datasets.push(Dataset { name: "3: Intel".to_owned(), every: extent.every[1], ..dataset });
+            datasets.push(Dataset { name: "3 (Intel)".to_owned(), every: extent.every[1], ..dataset });
         }
         Ok(datasets)
     }
