@@ -6,7 +6,10 @@
 
 mod counting_grid;
 mod grid;
+mod log_odds_grid;
 mod ours;
+#[cfg(test)]
+mod test_support;
 
 use bhm_core::{beam::BeamLimits, profile::Profile};
 
@@ -100,4 +103,4 @@ fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))
 }
 
-const FILES: &[&[Entry]] = &[ours::ENTRIES, counting_grid::ENTRIES];
+const FILES: &[&[Entry]] = &[ours::ENTRIES, counting_grid::ENTRIES, log_odds_grid::ENTRIES];
