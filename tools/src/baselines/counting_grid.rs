@@ -4,17 +4,18 @@ use crate::evaluation::Lesson;
 pub(super) const ENTRIES: &[Entry] = &[Entry {
     name: "counting-grid",
     summary: "occupancy grid that counts hits and free points per cell",
-    source: "the reflection-probability (\"counting\") model as a Beta-Bernoulli posterior per cell, prior Beta(1/2, 1/2); \
+    source: "the reflection-probability (\"counting\") model as a Beta-Bernoulli posterior per cell, prior Beta(0.1, 0.1); \
              counts sampled points instead of traversed cells",
     size: Size::Metres(0.1),
     open: |setup| Ok(Box::new(CountingGrid::new(setup)?)),
 }];
 
-/// Pseudo-counts of either label: Jeffreys' prior.
-const PRIOR: f32 = 0.5;
+/// Pseudo-counts of either label. Even, so that what was never seen is even odds; chosen on a tenth of the beams of the Intel
+/// log's training points, where Jeffreys' ½ has an NLL of .132, 0.2 of .109, 0.1 of .102 and 0.05 of .100.
+const PRIOR: f64 = 0.1;
 
 /// Points of either label are counted in each cell; a cell's probability is the mean of its Beta posterior
-/// `(hits + ½) / (hits + free + 1)`, and the log-odds of a probability so distributed have the variance `ψ₁(a) + ψ₁(b)`.
+/// `(hits + 0.1) / (hits + free + 0.2)`, and the log-odds of a probability so distributed have the variance `ψ₁(a) + ψ₁(b)`.
 struct CountingGrid {
     cells: Cells,
     /// Free points and hits.
@@ -45,7 +46,7 @@ impl Baseline for CountingGrid {
     fn predict(&mut self, points_m: &[[f32; 2]]) -> Vec<Prediction> {
         let counts = |point_m: &[f32; 2]| self.cells.slot_at(*point_m).map_or([0.0; 2], |slot| self.counts[slot]);
         let ask = |point_m: &[f32; 2]| {
-            let [b, a] = counts(point_m).map(|count| f64::from(count + PRIOR));
+            let [b, a] = counts(point_m).map(|count| f64::from(count) + PRIOR);
             Prediction { logit: (a / b).ln(), variance: Some(trigamma(a) + trigamma(b)) }
         };
         points_m.iter().map(ask).collect()
@@ -100,16 +101,17 @@ mod tests {
         }
     }
 
-    /// Jeffreys' prior by hand: 2 hits and 1 free point are 2.5 : 1.5, nothing is even odds.
+    /// By hand: 4 hits and 2 free points are 4.1 : 2.1, nothing is even odds.
     #[test]
     fn counts_are_odds() {
         let mut grid = CountingGrid::new(&setup([[-2.0, -2.0], [2.0, 2.0]], 0.5)).unwrap();
-        let points = [([0.1, 0.1], true), ([0.2, 0.2], true), ([0.4, 0.4], false), ([-0.1, 0.1], false), ([9e9, 0.0], true)];
+        let points =
+            [([0.1, 0.1], true), ([0.2, 0.2], true), ([0.4, 0.4], false), ([-0.1, 0.1], false), ([9e9, 0.0], true)];
         for origin_m in [Some([0.0, 0.0]), None] {
             grid.integrate(&of_points(0, &points, origin_m)).unwrap();
         }
         let found = grid.predict(&[[0.3, 0.3], [-0.2, 0.3], [1.2, 1.2], [9e9, 0.0]]);
-        for (found, odds) in found.iter().zip([4.5 / 2.5, 0.5 / 2.5, 1.0, 1.0_f64]) {
+        for (found, odds) in found.iter().zip([4.1 / 2.1, 0.1 / 2.1, 1.0, 1.0_f64]) {
             assert!((found.logit - odds.ln()).abs() < 1e-12, "{found:?}, not odds of {odds}");
         }
         assert_eq!(found[2].variance, found[3].variance);
