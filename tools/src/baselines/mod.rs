@@ -5,8 +5,14 @@
 //! algebra are compiled with the feature `dense` alone; without it the list names them, and opening one says what is missing.
 
 mod counting_grid;
+mod diagonal_bhm;
 mod grid;
+mod hilbert_map;
+mod lattice;
+mod log_odds_grid;
 mod ours;
+#[cfg(test)]
+mod test_support;
 
 use bhm_core::{beam::BeamLimits, profile::Profile};
 
@@ -101,4 +107,5 @@ fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))
 }
 
-const FILES: &[&[Entry]] = &[ours::ENTRIES, counting_grid::ENTRIES];
+const FILES: &[&[Entry]] =
+    &[ours::ENTRIES, counting_grid::ENTRIES, log_odds_grid::ENTRIES, diagonal_bhm::ENTRIES, hilbert_map::ENTRIES];
