@@ -62,7 +62,7 @@ fn run(name: &str, size: Option<f32>, exam: &Exam) -> Scores {
         area_m: exam.area_m().expect("an exam with lessons"),
         size: size.unwrap_or(default),
         limits: exam.limits,
-        profile: &COMPACT,
+        profile: COMPACT,
         seed: 1,
     };
     let mut baseline = (entry.open)(&setup).expect("opens");

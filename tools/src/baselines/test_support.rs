@@ -7,7 +7,7 @@ use super::Setup;
 use crate::evaluation::Lesson;
 
 pub(super) fn setup(area_m: [[f32; 2]; 2], size: f32) -> Setup {
-    Setup { area_m, size, limits: COMPACT.settings.limits, profile: &COMPACT, seed: 1 }
+    Setup { area_m, size, limits: COMPACT.settings.limits, profile: COMPACT, seed: 1 }
 }
 
 pub(super) fn ray(end_m: [f32; 2]) -> ([f32; 2], bool) {
