@@ -145,15 +145,17 @@ mod tests {
     /// By hand: ln(0.7/0.3) = 0.8472979, ln(0.4/0.6) = −0.4054651; each scan counts once.
     #[test]
     fn a_scan_adds_once_to_a_cell_and_a_hit_counts_before_a_miss() {
-        let mut grid = grid([0.0, 1.0]);
-        // The second ray passes through the cell in which the first one ends, and both begin in the same cell.
-        let lesson = of_points(0, &[ray([2.5, 0.5]), ray([4.5, 0.5])], Some([0.5, 0.5]));
+        // The longer ray passes through the cell in which the shorter one ends, and both begin in the same cell.
+        let rays = [ray([2.5, 0.5]), ray([4.5, 0.5])];
         let expected = [-0.405_465_1, -0.405_465_1, 0.847_297_9, -0.405_465_1, 0.847_297_9, 0.0];
-        for scans in 1..=3 {
-            grid.integrate(&lesson).unwrap();
-            for (x, expected) in expected.iter().enumerate() {
-                let found = log_odds_at(&mut grid, [x as f32 + 0.5, 0.5]);
-                assert!((found - f64::from(scans) * expected).abs() < 1e-5, "cell {x} after {scans}: {found}");
+        for rays in [rays, [rays[1], rays[0]]] {
+            let mut grid = grid([0.0, 1.0]);
+            for scans in 1..=3 {
+                grid.integrate(&of_points(0, &rays, Some([0.5, 0.5]))).unwrap();
+                for (x, expected) in expected.iter().enumerate() {
+                    let found = log_odds_at(&mut grid, [x as f32 + 0.5, 0.5]);
+                    assert!((found - f64::from(scans) * expected).abs() < 1e-5, "cell {x} after {scans}: {found}");
+                }
             }
         }
     }

@@ -58,7 +58,7 @@ fn two_normals(dice: &mut impl Rng) -> [f64; 2] {
 fn cos_sin(turns: f32) -> [f32; 2] {
     // Adding and taking away 1.5·2²³ rounds to the nearest whole number.
     const ROUNDING: f32 = 12_582_912.0;
-    // Not `clamp`: a sum of infinities may be NaN, which these make a number.
+    #[allow(clippy::manual_clamp)] // a sum of infinities may be NaN, which these, unlike `clamp`, make a number
     let turns = turns.max(-4_194_304.0).min(4_194_304.0);
     let x = (turns - ((turns + ROUNDING) - ROUNDING)) * (TAU / 4.0);
     let x2 = x * x;
