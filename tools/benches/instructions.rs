@@ -95,6 +95,18 @@ impl Task {
     }
 }
 
+impl Task {
+    /// After the log, its first quarter once more: the very same scans, on a map that has grown since.
+    fn scans_and_the_first_again(&self) -> Vec<ScanRecord> {
+        let mut scans = self.scans();
+        let span_ns = scans.last().map_or(0, |last| last.stamp_ns) + 1;
+        let again = |scan: &ScanRecord| ScanRecord { stamp_ns: scan.stamp_ns + span_ns, ..scan.clone() };
+        let first: Vec<ScanRecord> = scans[..scans.len() / 4].iter().map(again).collect();
+        scans.extend(first);
+        scans
+    }
+}
+
 fn one_of<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str, argument: &str, value: &str) -> T {
     all.iter().copied().find(|one| name(*one) == value).unwrap_or_else(|| panic!("{argument}: no such name"))
 }
@@ -129,7 +141,7 @@ fn kernels_child(which: &str) {
 /// A line `tiles·passes rows·passes` per scan; callgrind writes a count after each.
 fn child(task: &Task) {
     let mut map = map::open(&task.profile).expect("the profile is usable");
-    for scan in task.scans() {
+    for scan in task.scans_and_the_first_again() {
         let report = measured(&mut *map, &scan);
         let passes = f64::from(task.profile.settings.passes);
         println!("{} {}", report.passes, f64::from(report.rows) * passes);
@@ -183,7 +195,15 @@ fn parent(arguments: &[String]) -> ExitCode {
         Some([tiles.parse().ok()?, rows.parse().ok()?])
     };
     let rows: Vec<[f64; 2]> = counted.stdout.lines().filter_map(work).collect();
-    report(&rows, &counted.calls, &task)
+    // A fifth of all, since a quarter of the log came twice.
+    let scans = rows.len() - rows.len() / 5;
+    let per_tile = |part: std::ops::Range<usize>| {
+        counted.calls[part.clone()].iter().sum::<f64>() / rows[part].iter().map(|row| row[0]).sum::<f64>()
+    };
+    let outcome = report(&rows[..scans], &counted.calls[..scans], &task);
+    let (first, again) = (per_tile(0..rows.len() - scans), per_tile(scans..rows.len()));
+    println!("the first quarter's scans again, at the end  {:+.2} % a tile and pass", 100.0 * (again / first - 1.0));
+    outcome
 }
 
 fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {
