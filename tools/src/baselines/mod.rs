@@ -5,8 +5,19 @@
 //! algebra are compiled with the feature `dense` alone; without it the list names them, and opening one says what is missing.
 
 mod counting_grid;
+#[cfg(feature = "dense")]
+mod dense_algebra;
+mod dense_bhm;
+#[cfg(all(test, feature = "dense"))]
+mod dense_tests;
+mod gaussian_process;
 mod grid;
+#[cfg(feature = "dense")]
+mod kernel;
+#[cfg(feature = "dense")]
+mod logistic;
 mod ours;
+mod vsdgpom;
 
 use bhm_core::{beam::BeamLimits, profile::Profile};
 
@@ -95,9 +106,9 @@ pub fn all() -> impl Iterator<Item = &'static Entry> {
 
 /// For the file of a method that is not compiled in.
 #[cfg(not(feature = "dense"))]
-#[allow(dead_code)] // until the first of them is listed
 fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))
 }
 
-const FILES: &[&[Entry]] = &[ours::ENTRIES, counting_grid::ENTRIES];
+const FILES: &[&[Entry]] =
+    &[ours::ENTRIES, counting_grid::ENTRIES, vsdgpom::ENTRIES, gaussian_process::ENTRIES, dense_bhm::ENTRIES];
