@@ -84,12 +84,20 @@ pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
             });
         }
     };
+    let found = k_means(each, clusters, passes, seed);
+    if found.is_empty() { Err(ClusterError::Nothing) } else { Ok(found) }
+}
+
+/// Weighted k-means of any places: `each` hands every one of them, the same ones each time it is asked, to what it is given.
+/// As many clusters as there are distinct places, at most `clusters`; none of nothing.
+#[must_use]
+pub fn k_means(each: impl Fn(&mut dyn FnMut(Observation)), clusters: usize, passes: u32, seed: u64) -> Vec<Cluster> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut reservoir = Reservoir { kept: Vec::new(), room: clusters * SEEDS_PER_CLUSTER, seen: 0 };
     each(&mut |observation| reservoir.offer(observation, &mut rng));
     let mut found = seeds(&reservoir.kept, clusters, &mut rng);
     if found.is_empty() {
-        return Err(ClusterError::Nothing);
+        return found;
     }
     for _ in 0..passes.max(1) {
         let mut sums = vec![Sums::default(); found.len()];
@@ -101,13 +109,16 @@ pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
             *centre = sums.cluster(centre);
         }
     }
-    Ok(found)
+    found
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Observation {
-    at_m: Point<2>,
-    weight: f64,
+/// A place that clusters are found in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// Where, metres; finite.
+    pub at_m: Point<2>,
+    /// How much it counts, above zero.
+    pub weight: f64,
 }
 
 /// A uniform sample of all that is offered (Vitter's algorithm R).
@@ -286,6 +297,21 @@ mod tests {
                 assert_eq!(near, 1, "seed {seed}: {found:?}");
             }
         }
+    }
+
+    #[test]
+    fn places_that_come_from_elsewhere_are_clustered_alike() {
+        let scans = scans();
+        let places = all(&scans, 15.0);
+        let each = |take: &mut dyn FnMut(Observation)| {
+            for ([x, y], weight) in &places {
+                take(Observation { at_m: Point::from([*x as f32, *y as f32]), weight: *weight });
+            }
+        };
+        let options = ClusterOptions { clusters: 7, passes: 4, ..ClusterOptions::DEFAULT };
+        let learned = learn_clusters(|| &scans, &COMPACT.settings, &options);
+        assert_eq!(k_means(each, 7, 4, options.seed), learned.unwrap());
+        assert!(k_means(|_| (), 7, 4, 1).is_empty());
     }
 
     #[test]

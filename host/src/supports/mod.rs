@@ -30,7 +30,9 @@ pub(crate) mod test_supports;
 #[cfg(test)]
 mod tests;
 
-pub use clusters::{ClusterError, ClusterOptions, MAX_CLUSTERS, SEEDS_PER_CLUSTER, learn_clusters};
+pub use clusters::{
+    ClusterError, ClusterOptions, MAX_CLUSTERS, Observation, SEEDS_PER_CLUSTER, k_means, learn_clusters,
+};
 pub(crate) use coding::{Coded, Kinds};
 pub use error::{SupportsBytesError, SupportsError, SupportsFileError};
 pub use file::{VERSION, decode, encode, load, save};

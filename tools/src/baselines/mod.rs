@@ -5,14 +5,25 @@
 //! algebra are compiled with the feature `dense` alone; without it the list names them, and opening one says what is missing.
 
 mod counting_grid;
+#[cfg(feature = "dense")]
+mod dense_algebra;
+mod dense_bhm;
+#[cfg(all(test, feature = "dense"))]
+mod dense_tests;
 mod diagonal_bhm;
+mod gaussian_process;
 mod grid;
 mod hilbert_map;
+#[cfg(feature = "dense")]
+mod kernel;
 mod lattice;
 mod log_odds_grid;
+#[cfg(feature = "dense")]
+mod logistic;
 mod ours;
 #[cfg(test)]
 mod test_support;
+mod vsdgpom;
 
 use bhm_core::{beam::BeamLimits, profile::Profile};
 
@@ -102,10 +113,18 @@ pub fn all() -> impl Iterator<Item = &'static Entry> {
 
 /// For the file of a method that is not compiled in.
 #[cfg(not(feature = "dense"))]
-#[allow(dead_code)] // until the first of them is listed
 fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))
 }
 
 const FILES: &[&[Entry]] =
-    &[ours::ENTRIES, counting_grid::ENTRIES, log_odds_grid::ENTRIES, diagonal_bhm::ENTRIES, hilbert_map::ENTRIES];
+&[
+    ours::ENTRIES,
+    counting_grid::ENTRIES,
+    log_odds_grid::ENTRIES,
+    hilbert_map::ENTRIES,
+    gaussian_process::ENTRIES,
+    vsdgpom::ENTRIES,
+    dense_bhm::ENTRIES,
+    diagonal_bhm::ENTRIES,
+];

@@ -95,7 +95,7 @@ const FINE: &str = "ours:0.25";
 const COARSE: &str = "ours:0.5";
 
 /// What the paper calls BHM at a size that a full matrix allows, besides the published one.
-const SMALL_DENSE: &str = "bhm-dense:2";
+const SMALL_DENSE: &str = "dense-bhm:2";
 
 #[derive(Serialize)]
 struct Reproduced {

@@ -19,10 +19,10 @@ const DEADLINE_S: f64 = 4.0;
 /// Of whom: the finest size, how often it is coarsened (doubling M), and what theory says.
 const MEASURED: [(&str, f32, &str); 8] = [
     ("ours", 0.25, "rows + touched tiles: N + M of the scan's surroundings"),
-    ("bhm-dense", 2.0, "M³ + N"),
-    ("bhm-diagonal", 0.25, "N, and M to copy"),
+    ("dense-bhm", 2.0, "M³ + N"),
+    ("diagonal-bhm", 0.25, "N, and M to copy"),
     ("vsdgpom", 800.0, "M³ + N M²"),
-    ("gp", 0.0, "N³"),
+    ("gaussian-process", 0.0, "N³"),
     ("hilbert-nystrom", 800.0, "N M"),
     ("hilbert-fourier", 8_000.0, "N M"),
     ("counting-grid", 0.1, "N"),

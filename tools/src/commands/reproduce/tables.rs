@@ -16,9 +16,9 @@ struct Published {
 
 /// Senanayake and Ramos 2018, Table 2.
 const PUBLISHED: [Published; 4] = [
-    Published { dataset: "2", system: "BHM", ours: "bhm-dense", auc: [0.83, 0.12], nll: [0.47, 0.14] },
+    Published { dataset: "2", system: "BHM", ours: "dense-bhm", auc: [0.83, 0.12], nll: [0.47, 0.14] },
     Published { dataset: "2", system: "VSDGPOM", ours: "vsdgpom", auc: [0.80, 0.20], nll: [0.37, 0.16] },
-    Published { dataset: "3", system: "BHM", ours: "bhm-dense", auc: [0.92, 0.17], nll: [0.36, 0.19] },
+    Published { dataset: "3", system: "BHM", ours: "dense-bhm", auc: [0.92, 0.17], nll: [0.36, 0.19] },
     Published { dataset: "3", system: "VSDGPOM", ours: "vsdgpom", auc: [0.79, 0.16], nll: [0.53, 0.12] },
 ];
 

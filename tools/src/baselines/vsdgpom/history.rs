@@ -1,0 +1,38 @@
+use rand::Rng;
+
+/// Points that are kept at most; beyond, a uniform sample of all (Vitter's algorithm R).
+const MOST_KEPT: usize = 1 << 20;
+
+/// What was learned before, to be learned again.
+#[derive(Default)]
+pub(super) struct History {
+    kept: Vec<([f32; 2], bool)>,
+    seen: u64,
+}
+
+impl History {
+    pub(super) fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    pub(super) fn add(&mut self, point: ([f32; 2], bool), rng: &mut impl Rng) {
+        self.seen += 1;
+        if self.kept.len() < MOST_KEPT {
+            self.kept.push(point);
+        } else if let Some(slot) =
+            usize::try_from(rng.random_range(0..self.seen)).ok().and_then(|i| self.kept.get_mut(i))
+        {
+            *slot = point;
+        }
+    }
+
+    /// Draws with replacement; nothing if nothing is kept.
+    pub(super) fn draw(&self, count: usize, rng: &mut impl Rng) -> Vec<([f32; 2], bool)> {
+        let count = if self.kept.is_empty() { 0 } else { count };
+        (0..count).map(|_| self.kept[rng.random_range(0..self.kept.len())]).collect()
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(&self.kept[..])
+    }
+}
