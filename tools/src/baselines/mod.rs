@@ -117,8 +117,7 @@ fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))
 }
 
-const FILES: &[&[Entry]] =
-&[
+const FILES: &[&[Entry]] = &[
     ours::ENTRIES,
     counting_grid::ENTRIES,
     log_odds_grid::ENTRIES,

@@ -8,8 +8,16 @@ use bhm_tools::{
 use super::{COARSE, FINE, SMALL_DENSE, page::Page};
 
 /// Who is drawn: a figure tells eight apart.
-const DRAWN: [&str; 8] =
-    [FINE, COARSE, "vsdgpom", "gaussian-process", SMALL_DENSE, "diagonal-bhm-mean-field", "hilbert-sparse", "counting-grid"];
+const DRAWN: [&str; 8] = [
+    FINE,
+    COARSE,
+    "vsdgpom",
+    "gaussian-process",
+    SMALL_DENSE,
+    "diagonal-bhm-mean-field",
+    "hilbert-sparse",
+    "counting-grid",
+];
 
 /// Updates that a point of a curve of run times averages, as a share of the run.
 const TIME_POINTS: usize = 30;

@@ -70,7 +70,7 @@ struct Extent {
 const FULL: Extent = Extent {
     deadline_s: 60.0,
     seeds: 3,
-    every: [1, 1],
+    every: [3, 1],
     held: &[Held::Points, Held::Beams, Held::Scans],
     repeated_s: 6.0,
     marks: 20,
@@ -118,7 +118,7 @@ impl Reproduce {
         let mut results = Results::open(&self.output.join("results.jsonl"))?;
         let outcomes = self.contest(extent, &mut results)?;
 
-        page.heading(self.log.is_some(), self.quick);
+        page.heading(self.log.is_some(), self.quick, &extent.every, deadline_s);
         tables::write(&mut page, &outcomes, self.log.is_some());
         curves::scores(&mut page, &outcomes)?;
         maps::write(&mut page, &self.datasets(extent)?, self.seed, deadline_s)?;

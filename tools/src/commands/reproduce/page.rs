@@ -19,7 +19,7 @@ impl Page {
     }
 
     /// What the page is.
-    pub(super) fn heading(&mut self, has_log: bool, quick: bool) {
+    pub(super) fn heading(&mut self, has_log: bool, quick: bool, every: &[usize; 2], deadline_s: f64) {
         self.text("# Building Continuous Occupancy Maps with Moving Robots, reproduced\n");
         self.text(&format!(
             "Every system that the paper (Senanayake and Ramos, AAAI 2018) compares, on its three datasets, with its protocol \
@@ -28,6 +28,11 @@ impl Page {
              paper's description. Dataset 3 is the log of the Intel Research Lab{}.\n",
             env!("CARGO_PKG_VERSION"),
             if has_log { "" } else { ", which was not given: it is missing below" }
+        ));
+        self.text(&format!(
+            "One scan in {} of datasets 1 and 2 is used, which overlap much, and one in {} of dataset 3. A contestant may learn for \
+             {deadline_s} s of processor time in each exam.\n",
+            every[0], every[1]
         ));
         if quick {
             self.text(
