@@ -60,7 +60,7 @@ impl Vsdgpom {
         let [min_m, max_m] = setup.area_m;
         let [width_m, height_m] = [0, 1].map(|axis| f64::from(max_m[axis]) - f64::from(min_m[axis]));
         let share_m = (width_m * height_m / f64::from(setup.size)).sqrt();
-        if !(1.0..=MOST_INDUCING).contains(&setup.size) || !(share_m > 0.0 && share_m.is_finite()) {
+        if !((1.0..=MOST_INDUCING).contains(&setup.size) && share_m > 0.0 && share_m.is_finite()) {
             return Err(Failed(format!("no {} inducing points over {width_m} x {height_m} m", setup.size)));
         }
         let kernel = SquaredExponential { variance: VARIANCE, length_m: LENGTH * share_m };
