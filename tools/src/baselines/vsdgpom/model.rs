@@ -23,16 +23,19 @@ const LENGTH: f64 = 0.45;
 /// Prior variance of the log-odds.
 const VARIANCE: f64 = 60.0;
 /// `ρ` of each step.
-const RATE: f64 = 0.01;
+const RATE: f64 = 0.02;
 /// Points drawn from the history for each step.
-const REPLAYED: usize = 400;
+const REPLAYED: usize = 500;
 
 /// Points of the history that clusters are found in, and learned again, when there is no room for new ground.
-const RECLUSTERED: usize = 20_000;
+const RECLUSTERED: usize = 5 * MOST_AT_ONCE;
 /// Part of the inducing points that those clusters take; the others are for new ground.
 const CLUSTERS: f64 = 0.9;
 /// By which part the history must have grown since the last time.
-const GROWN: f64 = 0.25;
+const GROWN: f64 = 0.4;
+/// How often the sample is learned again, and the rate of these steps: at first it met a belief that knew nothing.
+const RELEARNED: usize = 3;
+const RELEARNING_RATE: f64 = 0.1;
 
 pub(super) fn open(setup: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Ok(Box::new(Vsdgpom::new(setup)?))
@@ -103,6 +106,11 @@ impl Vsdgpom {
         let mut posterior = Posterior::prior(self.kernel)?;
         posterior.extend(&clusters_of(&points_m, clusters, NEAREST * self.spacing_m, self.seed))?;
         sample.chunks(MOST_AT_ONCE).try_for_each(|batch| posterior.step(batch, 0.0))?;
+        for batch in std::iter::repeat_n(&sample, RELEARNED).flat_map(|sample| sample.chunks(MOST_AT_ONCE)) {
+            let weight = RELEARNING_RATE * self.history.seen() as f64 / batch.len() as f64;
+            let batch: Vec<_> = batch.iter().map(|point| Weighted { weight, ..*point }).collect();
+            posterior.step(&batch, RELEARNING_RATE)?;
+        }
         self.posterior = posterior;
         self.reclustered_at = self.history.seen();
         self.reclusterings += 1;
