@@ -72,7 +72,8 @@ impl Laplace {
             if risen >= 0.0 {
                 now = next;
             }
-            if !(risen >= CONVERGED) {
+            // Also if it is not a number.
+            if risen.is_nan() || risen < CONVERGED {
                 break;
             }
         }

@@ -41,7 +41,7 @@ impl GaussianProcess {
     fn new(setup: &Setup) -> Result<Self, Failed> {
         let [min_m, max_m] = setup.area_m;
         let [width_m, height_m] = [0, 1].map(|axis| f64::from(max_m[axis]) - f64::from(min_m[axis]));
-        if !(1.0..=MOST_POINTS).contains(&setup.size) || !(width_m.is_finite() && height_m.is_finite()) {
+        if !((1.0..=MOST_POINTS).contains(&setup.size) && width_m.is_finite() && height_m.is_finite()) {
             return Err(Failed(format!("no regions of {} points over {width_m} x {height_m} m", setup.size)));
         }
         let side_m = SIDE_M.max((width_m * height_m / MOST_REGIONS).sqrt());

@@ -57,7 +57,7 @@ fn newtons_mode_is_the_one_that_small_steps_find() {
     }
 }
 
-/// One point: the mode solves `f = k σ(−f)`, which for k = 4 is 1.20217 (bisection by hand).
+/// One point: the mode solves `f = k σ(−f)`, found by bisection.
 #[test]
 fn one_point_has_the_mode_of_its_equation() {
     let kernel = SquaredExponential { variance: 4.0, length_m: 1.0 };

@@ -23,16 +23,19 @@ const LENGTH: f64 = 0.45;
 /// Prior variance of the log-odds.
 const VARIANCE: f64 = 60.0;
 /// `ρ` of each step.
-const RATE: f64 = 0.01;
+const RATE: f64 = 0.02;
 /// Points drawn from the history for each step.
-const REPLAYED: usize = 400;
+const REPLAYED: usize = 500;
 
 /// Points of the history that clusters are found in, and learned again, when there is no room for new ground.
-const RECLUSTERED: usize = 20_000;
+const RECLUSTERED: usize = 5 * MOST_AT_ONCE;
 /// Part of the inducing points that those clusters take; the others are for new ground.
 const CLUSTERS: f64 = 0.9;
 /// By which part the history must have grown since the last time.
-const GROWN: f64 = 0.25;
+const GROWN: f64 = 0.4;
+/// How often the sample is learned again, and the rate of these steps: at first it met a belief that knew nothing.
+const RELEARNED: usize = 3;
+const RELEARNING_RATE: f64 = 0.1;
 
 pub(super) fn open(setup: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Ok(Box::new(Vsdgpom::new(setup)?))
@@ -60,7 +63,7 @@ impl Vsdgpom {
         let [min_m, max_m] = setup.area_m;
         let [width_m, height_m] = [0, 1].map(|axis| f64::from(max_m[axis]) - f64::from(min_m[axis]));
         let share_m = (width_m * height_m / f64::from(setup.size)).sqrt();
-        if !(1.0..=MOST_INDUCING).contains(&setup.size) || !(share_m > 0.0 && share_m.is_finite()) {
+        if !((1.0..=MOST_INDUCING).contains(&setup.size) && share_m > 0.0 && share_m.is_finite()) {
             return Err(Failed(format!("no {} inducing points over {width_m} x {height_m} m", setup.size)));
         }
         let kernel = SquaredExponential { variance: VARIANCE, length_m: LENGTH * share_m };
@@ -103,6 +106,11 @@ impl Vsdgpom {
         let mut posterior = Posterior::prior(self.kernel)?;
         posterior.extend(&clusters_of(&points_m, clusters, NEAREST * self.spacing_m, self.seed))?;
         sample.chunks(MOST_AT_ONCE).try_for_each(|batch| posterior.step(batch, 0.0))?;
+        for batch in std::iter::repeat_n(&sample, RELEARNED).flat_map(|sample| sample.chunks(MOST_AT_ONCE)) {
+            let weight = RELEARNING_RATE * self.history.seen() as f64 / batch.len() as f64;
+            let batch: Vec<_> = batch.iter().map(|point| Weighted { weight, ..*point }).collect();
+            posterior.step(&batch, RELEARNING_RATE)?;
+        }
         self.posterior = posterior;
         self.reclustered_at = self.history.seen();
         self.reclusterings += 1;

@@ -1,11 +1,19 @@
-use bhm_core::reference::{DensePosterior, Factor, Observation};
+use bhm_core::{
+    profile::COMPACT,
+    reference::{DensePosterior, Factor, Observation},
+};
+use bhm_host::dataset::LabelledPoints;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    super::kernel::SquaredExponential,
+    super::{Setup, kernel::SquaredExponential},
+    inducing::{discover, is_new_ground},
+    model::open,
     posterior::{Posterior, Weighted},
 };
+
+use crate::evaluation::Lesson;
 
 const KERNEL: SquaredExponential = SquaredExponential { variance: 6.0, length_m: 0.8 };
 
@@ -84,7 +92,7 @@ fn full_batches_end_at_the_greatest_evidence_lower_bound() {
         let moved = |by: f64| {
             let mut sites = sites.clone();
             let site = &mut sites[i / 2];
-            *(if i % 2 == 0 { &mut site.0 } else { &mut site.1 }) += by;
+            *(if i.is_multiple_of(2) { &mut site.0 } else { &mut site.1 }) += by;
             bound(&sites)
         };
         let slope = (moved(step) - moved(-step)) / (2.0 * step);
@@ -128,5 +136,53 @@ fn weights_are_counts() {
     });
     for (heavy, often) in heavy.iter().zip(&often) {
         assert!((heavy.mean - often.mean).abs() < 1e-9 && (heavy.variance - often.variance).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn new_ground_is_covered_within_the_room_there_is() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let points_m: Vec<_> = (0..2_000).map(|_| [9.0 * rng.random::<f64>(), 5.0 * rng.random::<f64>()]).collect();
+    let mut known_m: Vec<[f64; 2]> = Vec::new();
+    for _ in 0..20 {
+        known_m.extend(discover(&known_m, &points_m, 0.8, 1_000, 4));
+    }
+    assert!(!is_new_ground(&known_m, &points_m, 0.8));
+    // One for each square of the spacing is 70; half of it apart, 360 discs of a quarter of it would fill the ground.
+    assert!((70..360).contains(&known_m.len()), "{}", known_m.len());
+    for (i, a) in known_m.iter().enumerate() {
+        assert!(known_m[..i].iter().all(|b| (a[0] - b[0]).hypot(a[1] - b[1]) >= 0.4), "{i} {a:?}");
+    }
+    assert!(discover(&known_m, &points_m, 0.8, 1_000, 4).is_empty());
+    assert_eq!(discover(&[], &points_m, 0.8, 9, 4).len(), 9);
+    assert!(discover(&[], &points_m, 0.8, 0, 4).is_empty() && is_new_ground(&[], &points_m, 0.8));
+}
+
+/// A corridor that is walked along: inducing points become more up to the cap; then they are clustered anew, and what was
+/// learned at the beginning is still known.
+#[test]
+fn what_has_no_room_left_is_clustered_anew_and_not_forgotten() {
+    let area_m = [[0.0, -3.0], [40.0, 3.0]];
+    let setup = Setup { area_m, size: 40.0, limits: COMPACT.settings.limits, profile: &COMPACT, seed: 2 };
+    let mut baseline = open(&setup).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut before = 0;
+    for scan in 0..60 {
+        let mut point = |i: usize| {
+            let x = 0.6 * scan as f32 + 4.0 * rng.random::<f32>();
+            if i.is_multiple_of(2) { ([x, 2.5], true) } else { ([x, -2.5 + 3.0 * rng.random::<f32>()], false) }
+        };
+        let (points_m, occupied) = (0..100).map(&mut point).unzip();
+        baseline.integrate(&Lesson::of_points(LabelledPoints { scan, points_m, occupied }, None)).unwrap();
+        if scan == 9 {
+            before = baseline.memory_bytes();
+        }
+    }
+    let description = baseline.description();
+    assert!(description.contains("of 40 inducing") && !description.contains("anew 0 times"), "{description}");
+    assert!(baseline.memory_bytes() > before + 5_000 * 12, "{before}");
+    for x in [2.0, 8.0, 20.0, 34.0] {
+        let answers = baseline.predict(&[[x, 2.5], [x, -1.0]]);
+        assert!(answers[0].logit > 0.5 && answers[1].logit < -0.5, "{x}: {answers:?}");
     }
 }
