@@ -32,6 +32,16 @@ impl Contestant {
         baselines::all().map(|entry| Self { entry, size: default_size(entry) })
     }
 
+    /// The same, coarser: lengths so many times as long, numbers so many times smaller, at least one.
+    #[must_use]
+    pub fn coarser(&self, factor: f32) -> Self {
+        let size = match self.entry.size {
+            Size::Metres(_) => self.size * factor,
+            Size::Count(..) => (self.size / factor).round().max(1.0),
+        };
+        Self { size, ..*self }
+    }
+
     /// Its size on a dataset: lengths grow with the `scale` of places, numbers do not.
     #[must_use]
     pub fn size_on(&self, scale: f32) -> f32 {

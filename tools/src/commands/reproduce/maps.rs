@@ -21,7 +21,7 @@ const PLACES: f32 = 300.0;
 /// Metres of the longer side beyond which a map is drawn no larger.
 const PIXELS: f32 = 600.0;
 
-pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadline_s: f64) -> anyhow::Result<()> {
+pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadlines_s: [f64; 2]) -> anyhow::Result<()> {
     page.section("Fig. 7: maps side by side");
     page.text(
         "What was learned with 10 % of the beams held out: black is occupied, white is free, blue unknown. The paper shows \
@@ -29,6 +29,7 @@ pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadline_s
     );
     for (_, loaded) in load(datasets, &[seed])? {
         let exam = loaded.exam(Held::Beams, FRACTION, seed)?;
+        let deadline_s = deadlines_s[usize::from(loaded.world.is_none())];
         let number = loaded.dataset.name.split(' ').next().unwrap_or_default().to_owned();
         for name in DRAWN {
             let contestant: Contestant = name.parse()?;

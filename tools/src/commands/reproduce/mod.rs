@@ -36,7 +36,7 @@ pub(crate) struct Reproduce {
     /// A small report for a first look: few scans, short deadlines
     #[arg(long)]
     quick: bool,
-    /// Processor time that a contestant may learn in an exam, seconds [default: 60, with --quick 1]
+    /// Processor time that a contestant may learn in an exam, seconds [default: 40 and for the log 100, with --quick 1]
     #[arg(long, value_name = "S", value_parser = super::compare::seconds)]
     deadline: Option<f64>,
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice
@@ -55,7 +55,8 @@ pub(crate) struct Reproduce {
 
 /// How much of everything a report has.
 struct Extent {
-    deadline_s: f64,
+    /// For a scene and for a log.
+    deadline_s: [f64; 2],
     seeds: u64,
     /// Every how many scans of a scene and of a log are used.
     every: [usize; 2],
@@ -68,9 +69,9 @@ struct Extent {
 }
 
 const FULL: Extent = Extent {
-    deadline_s: 60.0,
+    deadline_s: [40.0, 100.0],
     seeds: 3,
-    every: [3, 1],
+    every: [5, 1],
     held: &[Held::Points, Held::Beams, Held::Scans],
     repeated_s: 6.0,
     marks: 20,
@@ -78,7 +79,7 @@ const FULL: Extent = Extent {
 };
 
 const QUICK: Extent = Extent {
-    deadline_s: 1.0,
+    deadline_s: [1.0, 1.0],
     seeds: 1,
     every: [25, 30],
     held: &[Held::Points, Held::Beams, Held::Scans],
@@ -113,18 +114,19 @@ impl Reproduce {
             let log = self.log.as_ref().map_or_else(String::new, |log| log.display().to_string());
             return Err(Usage(format!("{log}: no such file")).into());
         }
-        let deadline_s = self.deadline.unwrap_or(extent.deadline_s);
+        let deadlines_s = extent.deadline_s.map(|deadline_s| self.deadline.unwrap_or(deadline_s));
         let mut page = Page::into(&self.output)?;
         let mut results = Results::open(&self.output.join("results.jsonl"))?;
         let outcomes = self.contest(extent, &mut results)?;
 
-        page.heading(self.log.is_some(), self.quick, &extent.every, deadline_s);
+        page.heading(self.log.is_some(), self.quick, &extent.every, &deadlines_s);
         tables::write(&mut page, &outcomes, self.log.is_some());
         curves::scores(&mut page, &outcomes)?;
-        maps::write(&mut page, &self.datasets(extent)?, self.seed, deadline_s)?;
+        let counting = (!self.no_instructions).then(|| per_tile::start(self.log.as_deref(), extent, &self.output));
+        maps::write(&mut page, &self.datasets(extent)?, self.seed, deadlines_s)?;
         curves::run_times(&mut page, &outcomes)?;
-        if !self.no_instructions {
-            per_tile::write(&mut page, self.log.as_deref(), extent, &self.output)?;
+        if let Some(counting) = counting {
+            per_tile::write(&mut page, counting)?;
         }
         curves::unseen(&mut page, &outcomes)?;
         passes::write(&mut page, self, extent, &mut results)?;
@@ -157,12 +159,27 @@ impl Reproduce {
         Ok(datasets)
     }
 
-    /// Everyone on everything; then further seeds for those who are quick.
-    fn contest(&self, extent: &Extent, results: &mut Results) -> anyhow::Result<Vec<Outcome>> {
+    /// Everyone in their default size, and further sizes of ours and of the full matrix; for a first look, coarser ones.
+    fn contestants(&self) -> anyhow::Result<Vec<Contestant>> {
         let mut contestants: Vec<Contestant> = vec![FINE.parse()?];
         contestants.extend(Contestant::all());
-        contestants.extend(SMALL_DENSE.parse::<Contestant>().ok());
-        let options = RunOptions { deadline_s: Some(self.deadline.unwrap_or(extent.deadline_s)), marks: extent.marks };
+        if self.quick {
+            // What is not ours costs more than a first look may take; the full matrix with the cube of its size.
+            let factor = |name: &str| match name {
+                "ours" => 1.0,
+                "dense-bhm" => 16.0,
+                _ => 4.0,
+            };
+            contestants = contestants.into_iter().map(|who| who.coarser(factor(who.entry.name))).collect();
+        } else {
+            contestants.push(SMALL_DENSE.parse()?);
+        }
+        Ok(contestants)
+    }
+
+    /// Everyone on everything; then further seeds for those who are quick.
+    fn contest(&self, extent: &Extent, results: &mut Results) -> anyhow::Result<Vec<Outcome>> {
+        let contestants = self.contestants()?;
         let datasets = self.datasets(extent)?;
         let seeds = self.seeds.unwrap_or(extent.seeds);
         let mut outcomes = Vec::new();
@@ -176,10 +193,17 @@ impl Reproduce {
                     let quick = |who: &Contestant| is_quick(&outcomes, who, extent.repeated_s);
                     contestants.iter().copied().filter(quick).collect()
                 };
-                let sittings = sittings(&loaded, &[*held], FRACTION)?;
                 info!("seed {seed}, {held:?} held out: {} contestants", entrants.len());
-                let contest = Contest { sittings, contestants: entrants, options, jobs: usize::from(self.jobs) };
-                outcomes.extend(hold(&contest, results)?);
+                let (logs, scenes): (Vec<_>, Vec<_>) = sittings(&loaded, &[*held], FRACTION)?
+                    .into_iter()
+                    .partition(|sitting| sitting.loaded.world.is_none());
+                for (sittings, deadline_s) in [scenes, logs].into_iter().zip(extent.deadline_s) {
+                    let deadline_s = Some(self.deadline.unwrap_or(deadline_s));
+                    let options = RunOptions { deadline_s, marks: extent.marks };
+                    let jobs = usize::from(self.jobs);
+                    outcomes
+                        .extend(hold(&Contest { sittings, contestants: entrants.clone(), options, jobs }, results)?);
+                }
             }
         }
         Ok(outcomes)

@@ -19,7 +19,7 @@ impl Page {
     }
 
     /// What the page is.
-    pub(super) fn heading(&mut self, has_log: bool, quick: bool, every: &[usize; 2], deadline_s: f64) {
+    pub(super) fn heading(&mut self, has_log: bool, quick: bool, every: &[usize; 2], deadlines_s: &[f64; 2]) {
         self.text("# Building Continuous Occupancy Maps with Moving Robots, reproduced\n");
         self.text(&format!(
             "Every system that the paper (Senanayake and Ramos, AAAI 2018) compares, on its three datasets, with its protocol \
@@ -31,8 +31,8 @@ impl Page {
         ));
         self.text(&format!(
             "One scan in {} of datasets 1 and 2 is used, which overlap much, and one in {} of dataset 3. A contestant may learn for \
-             {deadline_s} s of processor time in each exam.\n",
-            every[0], every[1]
+             {} s of processor time in an exam of datasets 1 and 2, {} s of dataset 3.\n",
+            every[0], every[1], deadlines_s[0], deadlines_s[1]
         ));
         if quick {
             self.text(

@@ -1,6 +1,13 @@
 //! Figure 8a in instructions: what our update costs per touched tile and pass, counted.
 
-use std::{env, fs, path::Path, process::Command};
+use std::{
+    env,
+    ffi::OsStr,
+    fs,
+    path::Path,
+    process::Command,
+    thread::{self, JoinHandle},
+};
 
 use anyhow::Context;
 use bhm_tools::{
@@ -18,38 +25,58 @@ const UPDATE: &str = "bhm_tools::contest::run::measured_update*";
 /// Scans that the figure averages.
 const WINDOW: usize = 20;
 
-pub(super) fn write(page: &mut Page, log: Option<&Path>, extent: &Extent, folder: &Path) -> anyhow::Result<()> {
-    page.text("### Instructions of ours per touched tile and pass\n");
+/// What was counted: the dataset, each scan's work, and its instructions.
+struct Counted {
+    dataset: String,
+    work: Vec<[f64; 2]>,
+    counts: Vec<f64>,
+}
+
+/// A count that goes on beside other work: counts are the same however busy the machine.
+pub(super) struct Counting(Option<JoinHandle<anyhow::Result<Counted>>>);
+
+/// Begins to count, if valgrind is there.
+pub(super) fn start(log: Option<&Path>, extent: &Extent, folder: &Path) -> Counting {
     if !instructions::available() {
         warn!("instructions are not counted: valgrind is missing (Debian: apt-get install valgrind)");
-        page.text("Not counted: valgrind is missing.\n");
-        return Ok(());
+        return Counting(None);
     }
     info!("counting instructions of {COARSE}");
-    let scratch = folder.join("instructions");
-    fs::create_dir_all(&scratch).with_context(|| format!("cannot make the folder {}", scratch.display()))?;
-    let kept = scratch.join("results.jsonl");
-    fs::remove_file(&kept).ok();
     let (name, every) = match log {
         Some(log) => (log.as_os_str().to_owned(), extent.every[1]),
         None => ("traffic".into(), extent.every[0]),
     };
+    let scratch = folder.join("instructions");
+    Counting(Some(thread::spawn(move || count(&name, every, &scratch))))
+}
+
+fn count(dataset: &OsStr, every: usize, scratch: &Path) -> anyhow::Result<Counted> {
+    fs::create_dir_all(scratch).with_context(|| format!("cannot make the folder {}", scratch.display()))?;
+    let kept = scratch.join("results.jsonl");
+    fs::remove_file(&kept).ok();
     let mut program = Command::new(env::current_exe()?);
     program.args(["compare", "--quiet", "--contestant", COARSE, "--every", &every.to_string(), "--dataset"]);
-    program.arg(&name).arg("--results").arg(&kept);
-    let counted = instructions::count_calls(&scratch, UPDATE, &mut program)?;
+    program.arg(dataset).arg("--results").arg(&kept);
+    let counted = instructions::count_calls(scratch, UPDATE, &mut program)?;
     let results = Results::open(&kept)?;
     let outcome = results.outcomes().first().context("the watched run left no outcome")?;
-    anyhow::ensure!(
-        outcome.work.len() == counted.calls.len(),
-        "{} updates, but {} calls were counted",
-        outcome.work.len(),
-        counted.calls.len()
-    );
-    let work: Vec<[f64; 2]> = outcome.work.iter().map(|work| work.map(|units| units as f64)).collect();
-    let result = report(page, &outcome.dataset, &work, &counted.calls);
-    fs::remove_dir_all(&scratch).ok();
-    result
+    let (updates, calls) = (outcome.work.len(), counted.calls.len());
+    anyhow::ensure!(updates == calls, "{updates} updates, but {calls} calls were counted");
+    let work = outcome.work.iter().map(|work| work.map(|units| units as f64)).collect();
+    let dataset = outcome.dataset.clone();
+    fs::remove_dir_all(scratch).ok();
+    Ok(Counted { dataset, work, counts: counted.calls })
+}
+
+/// Waits for the count, and writes what came of it.
+pub(super) fn write(page: &mut Page, counting: Counting) -> anyhow::Result<()> {
+    page.text("### Instructions of ours per touched tile and pass\n");
+    let Some(counting) = counting.0 else {
+        page.text("Not counted: valgrind is missing.\n");
+        return Ok(());
+    };
+    let counted = counting.join().map_err(|_| anyhow::anyhow!("the count of instructions panicked"))??;
+    report(page, &counted.dataset, &counted.work, &counted.counts)
 }
 
 fn report(page: &mut Page, dataset: &str, work: &[[f64; 2]], counts: &[f64]) -> anyhow::Result<()> {

@@ -14,7 +14,7 @@ use crate::commands::compare::{hold, load};
 const EVERY: usize = 40;
 
 /// Processor time for one measurement, seconds.
-const DEADLINE_S: f64 = 4.0;
+const DEADLINE_S: f64 = 2.0;
 
 /// Of whom: the finest size, how often it is coarsened (doubling M), and what theory says.
 const MEASURED: [(&str, f32, &str); 8] = [
@@ -73,12 +73,12 @@ pub(super) fn write(page: &mut Page, extent: &Extent, seed: u64, results: &mut R
 
 /// A contestant with half as many of everything, so many times.
 fn coarsened(finest: &Contestant, times: usize) -> Contestant {
-    let factor = 2.0_f32.powi(times as i32);
-    let size = match finest.entry.size {
-        Size::Metres(_) => finest.size * factor.sqrt(),
-        Size::Count(..) => (finest.size / factor).round().max(1.0),
+    // In the plane a length grows with the root of what M falls by.
+    let factor = match finest.entry.size {
+        Size::Metres(_) => 2.0_f32.sqrt(),
+        Size::Count(..) => 2.0,
     };
-    Contestant { size, ..*finest }
+    finest.coarser(factor.powi(times as i32))
 }
 
 fn in_m(
