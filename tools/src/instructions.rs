@@ -36,7 +36,7 @@ pub fn available() -> bool {
     Command::new("valgrind").arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Runs a program and counts each call of a function, which must not be inlined; `function` may have wildcards. Files go to
+/// Runs a program and counts each call of a function, which must not be inlined, by its full name. Files go to
 /// `folder`.
 ///
 /// # Errors
