@@ -1,6 +1,6 @@
 //! Table 2, and the same for every system, dataset and protocol.
 
-use bhm_tools::contest::{Outcome, Spread, Standing, standings};
+use bhm_tools::contest::{Contestant, Outcome, Spread, Standing, standings};
 
 use super::{COARSE, FINE, page::Page};
 use crate::commands::compare;
@@ -91,7 +91,11 @@ fn table_2(page: &mut Page, outcomes: &[Outcome]) {
     let held = standings(outcomes, COARSE);
     let row_of = |dataset: &str, name: &str| {
         let standings = held.iter().find(|s| s.dataset.starts_with(dataset) && s.held == "points")?;
-        standings.rows.iter().find(|row| row.contestant.split(':').next() == Some(name) || row.contestant == name)
+        let named = |wanted: &str| standings.rows.iter().find(|row| row.contestant == wanted);
+        // As published is the default size; the quick form has another.
+        let published = name.parse::<Contestant>().ok().and_then(|contestant| named(&contestant.to_string()));
+        let of_any_size = || standings.rows.iter().find(|row| row.contestant.split(':').next() == Some(name));
+        published.or_else(of_any_size)
     };
     let cell = |spread: Option<Spread>| spread.map_or("-".to_owned(), |spread| compare::spread(&spread));
     let paper = |[mean, two_sigma]: [f64; 2]| format!("{mean:.2} ± {two_sigma:.2}");
