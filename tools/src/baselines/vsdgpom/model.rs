@@ -19,7 +19,7 @@ const ASKED_AT_ONCE: usize = 512;
 /// Further than this from every inducing point is new ground.
 const SPACING: f64 = 0.5;
 /// Length scale of the covariance.
-const LENGTH: f64 = 0.45;
+const LENGTH: f64 = 0.52;
 /// Prior variance of the log-odds.
 const VARIANCE: f64 = 60.0;
 /// `ρ` of each step.

@@ -13,7 +13,7 @@ const JITTER: f64 = 1e-6;
 /// The covariance below this part of the variance is left out, where a point meets an inducing point: less than the jitter.
 const NEGLIGIBLE: f64 = 1e-10;
 /// Columns that are solved for at once.
-const BLOCK: usize = 64;
+const BLOCK: usize = 128;
 
 /// A point with its label, and how often its term of the likelihood counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
