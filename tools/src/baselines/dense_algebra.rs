@@ -44,9 +44,34 @@ impl Cholesky {
         self.lower.nrows()
     }
 
+    /// Of `[A B; Bᵀ C]`, of which the lower triangle of `C` alone is read: `L` is its upper left part.
+    pub(super) fn extended(&self, mut beside: Mat<f64>, corner: Mat<f64>) -> Result<Self, Failed> {
+        let known = self.size();
+        self.solve_lower(beside.as_mut());
+        let mut left = corner;
+        let whole = BlockStructure::Rectangular;
+        let (lower, below) = (BlockStructure::TriangularLower, beside.transpose());
+        triangular::matmul(left.as_mut(), lower, Accum::Add, below, whole, &beside, whole, -1.0, Par::Seq);
+        let left = Self::of(left)?.lower;
+        let of = |i: usize, j: usize| match (i < known, j < known) {
+            (true, true) => self.lower[(i, j)],
+            (false, true) => beside[(j, i - known)],
+            (false, false) => left[(i - known, j - known)],
+            (true, false) => 0.0,
+        };
+        let size = known + left.nrows();
+        Ok(Self { lower: Mat::from_fn(size, size, of) })
+    }
+
     /// `L⁻¹ B`.
     pub(super) fn solve_lower(&self, right: MatMut<'_, f64>) {
         solve_lower_triangular_in_place(self.lower.as_ref(), right, Par::Seq);
+    }
+
+    /// `L⁻¹ B` where `B` is zero above `row`: of both, the rows from there.
+    pub(super) fn solve_lower_from(&self, row: usize, right: MatMut<'_, f64>) {
+        let rows = self.size() - row;
+        solve_lower_triangular_in_place(self.lower.submatrix(row, row, rows, rows), right, Par::Seq);
     }
 
     /// `L⁻ᵀ B`.

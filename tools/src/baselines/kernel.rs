@@ -17,6 +17,11 @@ impl SquaredExponential {
         self.variance * (-0.5 * squared).exp().max(0.0)
     }
 
+    /// Beyond this distance it is less than `part` of the variance.
+    pub(super) fn reach_m(&self, part: f64) -> f64 {
+        self.length_m * (-2.0 * part.ln()).sqrt()
+    }
+
     /// A row for each of `a`, a column for each of `b`.
     pub(super) fn matrix(&self, a: &[[f64; 2]], b: &[[f64; 2]]) -> Mat<f64> {
         Mat::from_fn(a.len(), b.len(), |i, j| self.between(a[i], b[j]))

@@ -11,7 +11,8 @@
 //! Deviations: points are sampled, where the publication takes lines for free space; the covariance is the squared exponential,
 //! with fixed hyperparameters, where the publication learns those of a neural-network covariance; squares do not share points
 //! beyond the margin, so that the map may jump where they meet; the mean probability is `σ(m/√(1 + πs²/8))`. Hyperparameters were
-//! chosen on a part of the training points of the Intel log: Matérn covariances were no better there.
+//! chosen on a part of the training points of the Intel log. There, with a side of 2 m and 200 points, a Matérn 1/2 covariance
+//! had a slightly better AUC (.988 against .985) and a worse negative log-likelihood (.215 against .195).
 
 #[cfg(feature = "dense")]
 mod laplace;

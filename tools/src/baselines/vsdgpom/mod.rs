@@ -9,11 +9,12 @@
 //! Each scan is one step: its own points enter the sums of the natural parameters whole, and points drawn from the history
 //! stand for all that were seen before, with the rate ρ. A step costs `O(M³ + M² B)` for `M` inducing points and `B` points.
 //! New ground gets inducing points by k-means until there are as many as the size says; after that, ground that is still new
-//! has all of them clustered anew over the history, and what they say learned anew from a sample of it. So `M`, and the time
-//! of a scan, grow with the ground explored.
+//! has all of them clustered anew over the history, and a sample of it entered with the moments of the belief before. So `M`,
+//! and the time of a scan, grow with the ground explored.
 //!
 //! Deviations: the likelihood is logistic, with expectations by the trapezoid rule in place of Gauss–Hermite, which is worse
-//! for wide beliefs; hyperparameters are fixed, lengths in proportion to √(area/M), and not learned along with the rest; the
+//! for wide beliefs; covariances below 1e-10 of the variance are left out where a point meets an inducing point, and with them
+//! the rows that are zero; hyperparameters are fixed, lengths in proportion to √(area/M), and not learned along with the rest; the
 //! map is of a static place; the mean probability is `σ(m/√(1 + πs²/8))`. Constants were chosen on a part of the training
 //! points of the Intel log.
 

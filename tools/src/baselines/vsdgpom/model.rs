@@ -19,7 +19,7 @@ const ASKED_AT_ONCE: usize = 512;
 /// Further than this from every inducing point is new ground.
 const SPACING: f64 = 0.5;
 /// Length scale of the covariance.
-const LENGTH: f64 = 0.45;
+const LENGTH: f64 = 0.52;
 /// Prior variance of the log-odds.
 const VARIANCE: f64 = 60.0;
 /// `ρ` of each step.
@@ -33,8 +33,7 @@ const RECLUSTERED: usize = 5 * MOST_AT_ONCE;
 const CLUSTERS: f64 = 0.9;
 /// By which part the history must have grown since the last time.
 const GROWN: f64 = 0.4;
-/// How often the sample is learned again, and the rate of these steps: at first it met a belief that knew nothing.
-const RELEARNED: usize = 3;
+/// The rate of the steps that learn the sample again, with terms of the new belief in place of the old one's.
 const RELEARNING_RATE: f64 = 0.1;
 
 pub(super) fn open(setup: &Setup) -> Result<Box<dyn Baseline>, Failed> {
@@ -96,7 +95,9 @@ impl Vsdgpom {
         self.most_inducing.saturating_sub(self.posterior.inducing_m().len())
     }
 
-    /// Inducing points where most of the history lies; what is believed about them is learned anew from a sample of it.
+    /// Inducing points where most of the history lies. They adopt what is believed about a sample of it, so that its terms are
+    /// those of a belief that knows much, and learn it once more. In the order of one axis, most are far from a point that has
+    /// the first of its near ones late.
     fn recluster(&mut self) -> Result<(), Failed> {
         let sample = self.history.draw(RECLUSTERED, &mut self.rng);
         let weight = self.history.seen() as f64 / sample.len() as f64;
@@ -104,9 +105,11 @@ impl Vsdgpom {
         let points_m: Vec<_> = sample.iter().map(|point| point.at_m).collect();
         let clusters = (CLUSTERS * self.most_inducing as f64) as usize;
         let mut posterior = Posterior::prior(self.kernel)?;
-        posterior.extend(&clusters_of(&points_m, clusters, NEAREST * self.spacing_m, self.seed))?;
-        sample.chunks(MOST_AT_ONCE).try_for_each(|batch| posterior.step(batch, 0.0))?;
-        for batch in std::iter::repeat_n(&sample, RELEARNED).flat_map(|sample| sample.chunks(MOST_AT_ONCE)) {
+        let mut centres_m = clusters_of(&points_m, clusters, NEAREST * self.spacing_m, self.seed);
+        centres_m.sort_by(|[a, _], [b, _]| a.total_cmp(b));
+        posterior.extend(&centres_m)?;
+        sample.chunks(MOST_AT_ONCE).try_for_each(|batch| posterior.adopt(batch, &self.posterior))?;
+        for batch in sample.chunks(MOST_AT_ONCE) {
             let weight = RELEARNING_RATE * self.history.seen() as f64 / batch.len() as f64;
             let batch: Vec<_> = batch.iter().map(|point| Weighted { weight, ..*point }).collect();
             posterior.step(&batch, RELEARNING_RATE)?;

@@ -186,3 +186,62 @@ fn what_has_no_room_left_is_clustered_anew_and_not_forgotten() {
         assert!(answers[0].logit > 0.5 && answers[1].logit < -0.5, "{x}: {answers:?}");
     }
 }
+
+/// Learning adds to what inducing points of several times know, in whatever order they came.
+#[test]
+fn inducing_points_that_come_in_parts_learn_as_those_that_came_at_once() {
+    let data = data(60, 11);
+    let [parts, once] = [&[7, 20, 40][..], &[40]].map(|ends| {
+        let mut posterior = Posterior::prior(KERNEL).unwrap();
+        let mut begin = 0;
+        for end in ends {
+            posterior.extend(&places(&data[begin..*end])).unwrap();
+            begin = *end;
+        }
+        posterior.step(&data, 0.4).unwrap();
+        posterior.moments(&places(&data))
+    });
+    for (parts, once) in parts.iter().zip(&once) {
+        assert!((parts.mean - once.mean).abs() < 1e-8, "{parts:?} {once:?}");
+        assert!((parts.variance - once.variance).abs() < 1e-8, "{parts:?} {once:?}");
+    }
+}
+
+/// A corridor much longer than the covariance reaches: leaving out what is far changes nothing, nor does the company in which
+/// a point is asked about.
+#[test]
+fn what_is_far_is_left_out_without_loss() {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let mut point = |_| {
+        let at_m = [40.0 * rng.random::<f64>(), rng.random::<f64>()];
+        Weighted { at_m, occupied: at_m[0].sin() > 0.0, weight: 1.0 }
+    };
+    let data: Vec<_> = (0..300).map(&mut point).collect();
+    let mut posterior = Posterior::prior(KERNEL).unwrap();
+    let inducing_m: Vec<_> = (0..80).map(|i| [0.5 * f64::from(i * 7 % 80), 0.5]).collect();
+    posterior.extend(&inducing_m).unwrap();
+    posterior.step(&data, 0.2).unwrap();
+    posterior.step(&data, 0.2).unwrap();
+    let together = posterior.moments(&places(&data));
+    for (point, together) in data.iter().zip(&together) {
+        let [alone] = posterior.moments(&[point.at_m])[..] else { panic!() };
+        assert!((alone.mean - together.mean).abs() < 1e-6, "{alone:?} {together:?}");
+        assert!((alone.variance - together.variance).abs() < 1e-6, "{alone:?} {together:?}");
+    }
+    let right = data.iter().zip(&together).filter(|(point, moments)| (moments.mean > 0.0) == point.occupied).count();
+    assert!(right > 270, "{right}");
+}
+
+/// What one posterior learned is said by another's inducing points.
+#[test]
+fn what_another_believes_is_adopted() {
+    let data = data(40, 13);
+    let known = converged(&data);
+    let mut posterior = Posterior::prior(KERNEL).unwrap();
+    posterior.extend(&places(&data)).unwrap();
+    posterior.adopt(&data, &known).unwrap();
+    for (adopted, known) in posterior.moments(&places(&data)).iter().zip(known.moments(&places(&data))) {
+        assert!((adopted.mean - known.mean).abs() < 1e-4, "{adopted:?} {known:?}");
+        assert!((adopted.variance - known.variance).abs() < 1e-4, "{adopted:?} {known:?}");
+    }
+}
