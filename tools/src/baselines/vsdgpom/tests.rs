@@ -163,7 +163,7 @@ fn new_ground_is_covered_within_the_room_there_is() {
 #[test]
 fn what_has_no_room_left_is_clustered_anew_and_not_forgotten() {
     let area_m = [[0.0, -3.0], [40.0, 3.0]];
-    let setup = Setup { area_m, size: 40.0, limits: COMPACT.settings.limits, profile: &COMPACT, seed: 2 };
+    let setup = Setup { area_m, size: 40.0, limits: COMPACT.settings.limits, profile: COMPACT, seed: 2 };
     let mut baseline = open(&setup).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let mut before = 0;
