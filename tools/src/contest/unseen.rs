@@ -76,7 +76,7 @@ mod tests {
         let world = loaded.world.as_ref().unwrap();
         let unseen = UnseenPlaces::of(world, &exam, 1.0);
         let occupied = unseen.occupied.iter().filter(|occupied| **occupied).count();
-        assert!(occupied > 20 && unseen.occupied.len() - occupied > 20, "{occupied} of {}", unseen.occupied.len());
+        assert!(occupied > 5 && unseen.occupied.len() - occupied > 20, "{occupied} of {}", unseen.occupied.len());
         // Against every ray's exact distance, not its samples.
         for place in unseen.points_m.iter().step_by(17) {
             for lesson in &exam.lessons {
