@@ -65,8 +65,8 @@ fn a_contest_that_was_cut_short_goes_on_where_it_was() {
     let file = bench.path("kept.jsonl");
     let first = bench.json("compare -d building --every 60 -c counting-grid:0.2 --results kept.jsonl");
     // A process that is killed leaves half a line.
-    let mut text = fs::read_to_string(&file).unwrap();
-    text += &text[..text.len() / 2].to_owned();
+    let mut text = fs::read(&file).unwrap();
+    text.extend_from_within(..text.len() / 2);
     fs::write(&file, &text).unwrap();
     let run = bench.bhm(&format!("{SMALL} --results kept.jsonl --json"));
     run.succeeds(&["1 of 2 outcomes are kept already", "1 lines of the kept results say nothing"]);
