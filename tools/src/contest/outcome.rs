@@ -123,7 +123,9 @@ impl Outcome {
     pub fn answers(&self, contestant: &str, exam: &str, seed: u64, deadline_s: Option<f64>, marks: usize) -> bool {
         let same = self.contestant == contestant && self.exam == exam && self.seed == seed;
         // Who finished, finished; who was stopped would go on with more time, and is stopped earlier with less.
-        same && (self.ending == Ending::Finished || self.deadline_s == deadline_s) && self.curve.len() >= marks.min(1)
+        // Who was stopped before the first mark has none.
+        let marked = !self.curve.is_empty() || self.learned * marks < self.scans.max(1);
+        same && (self.ending == Ending::Finished || self.deadline_s == deadline_s) && marked
     }
 }
 

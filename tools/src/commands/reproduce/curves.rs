@@ -116,8 +116,7 @@ pub(super) fn run_times(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result
             series: &time_series,
         };
         let title = format!("Dataset {dataset}: run time against scans");
-        let figure = Figure { title: &title, bars: "", layout: Layout::SideBySide, charts: &[chart] };
-        page.figure(&format!("fig8a-{}.png", number(dataset)), &figure)?;
+        page.chart(&format!("fig8a-{}.png", number(dataset)), &title, chart)?;
     }
     let mut rows =
         vec![["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"].map(str::to_owned).to_vec()];
@@ -195,8 +194,7 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
             series: &value_series,
         };
         let title = format!("Dataset {dataset}: inside unseen obstacles");
-        let figure = Figure { title: &title, bars: "", layout: Layout::SideBySide, charts: &[chart] };
-        page.figure(&format!("fig8b-{}.png", number(dataset)), &figure)?;
+        page.chart(&format!("fig8b-{}.png", number(dataset)), &title, chart)?;
     }
     Ok(())
 }

@@ -42,7 +42,7 @@ pub(crate) struct Reproduce {
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Seeds over which those are repeated who finish an exam within a few seconds [default: 3, with --quick 1]
+    /// Seeds over which those are repeated who finish an exam within a few seconds [default: 2, with --quick 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: Option<u64>,
     /// How many exams are taken at once
@@ -70,10 +70,10 @@ struct Extent {
 
 const FULL: Extent = Extent {
     deadline_s: [40.0, 100.0],
-    seeds: 3,
+    seeds: 2,
     every: [5, 1],
     held: &[Held::Points, Held::Beams, Held::Scans],
-    repeated_s: 6.0,
+    repeated_s: 4.0,
     marks: 20,
     scaling_steps: 4,
 };

@@ -1,6 +1,9 @@
 use std::path::{Path, PathBuf};
 
-use bhm_tools::{chart::Figure, picture::Canvas};
+use bhm_tools::{
+    chart::{Chart, Figure, Layout},
+    picture::Canvas,
+};
 
 use crate::{output::markdown, plates::Plates};
 
@@ -68,6 +71,11 @@ impl Page {
     pub(super) fn figure(&mut self, file: &str, figure: &Figure<'_>) -> anyhow::Result<()> {
         let canvas = figure.render()?;
         self.canvas(file, figure.title, &canvas)
+    }
+
+    /// One chart.
+    pub(super) fn chart(&mut self, file: &str, title: &str, chart: Chart<'_>) -> anyhow::Result<()> {
+        self.figure(file, &Figure { title, bars: "", layout: Layout::SideBySide, charts: &[chart] })
     }
 
     pub(super) fn canvas(&mut self, file: &str, title: &str, canvas: &Canvas) -> anyhow::Result<()> {

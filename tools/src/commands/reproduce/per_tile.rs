@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::Context;
 use bhm_tools::{
-    chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series},
+    chart::{Axis, Chart, Sample, Scale, Series},
     contest::Results,
     instructions::{self, PerTile},
 };
@@ -128,6 +128,5 @@ fn report(page: &mut Page, dataset: &str, work: &[[f64; 2]], counts: &[f64]) -> 
         series: &series,
     };
     let title = format!("{dataset}: instructions against scans");
-    let figure = Figure { title: &title, bars: "", layout: Layout::SideBySide, charts: &[chart] };
-    page.figure("fig8a-instructions.png", &figure)
+    page.chart("fig8a-instructions.png", &title, chart)
 }
