@@ -58,8 +58,8 @@ fn sample(x: f64, y: f64) -> Sample {
 pub(super) fn scores(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()> {
     page.section("Fig. 6: AUC and NLL against scans");
     page.text(
-        "On questions about scans seen so far (points held out, at most 4 000 of them at a time). The paper's figure shows both \
-         scores settling after few scans, with BHM above VSDGPOM in AUC; a curve that ends early was stopped by its deadline.\n",
+        "On questions about scans seen so far (points held out, at most 4 000 of them at a time). A curve \
+         that ends early was stopped by its deadline.\n",
     );
     for (dataset, group) in datasets(outcomes, "points") {
         let of = |value: fn(&Mark) -> Option<f64>| {
@@ -145,9 +145,8 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
     page.section("Fig. 8b: what is said of the inside of obstacles that no beam saw");
     page.text(
         "Probabilities of occupancy at places inside obstacles, and on free ground, that no beam came near (beams held out; \
-         median, with half of all values between the quartiles). The paper argues that BHM's values there stay near one half, \
-         while a method with long-range correlations claims more than it knows. Nobody can know what was not seen: what counts is \
-         that certainty is not claimed.\n",
+         median, quartiles, and what 5 and 95 of 100 do not exceed). Nobody can know what was not seen: what counts is that certainty \
+         is not claimed. A value of one half says \"unknown\".\n",
     );
     let first = outcomes.iter().map(|outcome| outcome.seed).min();
     let mut rows = vec![

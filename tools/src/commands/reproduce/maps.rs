@@ -24,8 +24,8 @@ const PIXELS: f32 = 600.0;
 pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadlines_s: [f64; 2]) -> anyhow::Result<()> {
     page.section("Fig. 7: maps side by side");
     page.text(
-        "What was learned with 10 % of the beams held out: black is occupied, white is free, blue unknown. The paper shows \
-         VSDGPOM blurring walls that BHM resolves; so do these.\n",
+        "What was learned with 10 % of the beams held out: black is occupied, white is free, blue unknown. VSDGPOM \
+         has one length scale for everything, and blurs walls that ours resolves.\n",
     );
     for (_, loaded) in load(datasets, &[seed])? {
         let exam = loaded.exam(Held::Beams, FRACTION, seed)?;
