@@ -19,7 +19,7 @@ const DEADLINE_S: f64 = 2.0;
 /// Of whom: the finest size, how often it is coarsened (doubling M), and what theory says.
 const MEASURED: [(&str, f32, &str); 8] = [
     ("ours", 0.25, "rows + touched tiles: N + M of the scan's surroundings"),
-    ("dense-bhm", 2.0, "M³ + N"),
+    ("dense-bhm", 1.0, "M³ + N"),
     ("diagonal-bhm", 0.25, "N, and M to copy"),
     ("vsdgpom", 800.0, "M³ + N M²"),
     ("gaussian-process", 0.0, "N³"),
