@@ -98,6 +98,19 @@ pub fn run_onboard(
     stop: &AtomicBool,
     finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
 ) -> Result<Summary, OnboardError> {
+    run_shape(profile, domain, options, stop, Box::new(finish))
+}
+
+/// What is done with the finished map. Not generic: each caller would compile the loop again, for every shape.
+type Finish<'f> = Box<dyn FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed> + 'f>;
+
+fn run_shape(
+    profile: &Profile,
+    domain: &Domain,
+    options: &OnboardOptions,
+    stop: &AtomicBool,
+    finish: Finish<'_>,
+) -> Result<Summary, OnboardError> {
     macro_rules! run_shape {
         ($(($m:literal, $b:literal)),* $(,)?) => {
             match map::shape(profile)? {
@@ -114,7 +127,7 @@ fn run<const M: usize, const B: usize>(
     domain: &Domain,
     options: &OnboardOptions,
     stop: &AtomicBool,
-    finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
+    finish: Finish<'_>,
 ) -> Result<Summary, OnboardError> {
     let OnboardOptions { run, consumers, path_poses, supports } = *options;
     // Before anybody is shown supports that are not the map's.

@@ -77,12 +77,19 @@ fn three_passes_and_one_are_the_computers_bit_for_bit_within_the_bound_and_as_do
     Measured::of(&three, &one).check();
 }
 
+/// Instructions of the clock's interrupt (34), and some: it counts how often the timer has run down. While the processor
+/// sleeps QEMU has time jump to where the timer runs down, and may raise the interrupt in the update that comes next.
+const CLOCK_INTERRUPT: u64 = 100;
+
 #[test]
-fn two_runs_take_the_same_instructions() {
+fn two_runs_take_the_same_instructions_but_for_an_interrupt_of_the_clock() {
     let (Some(program), Some(scans)) = (program(ONE_PASS.program), common::intel_scans()) else { return };
     let scans: Vec<_> = scans.into_iter().step_by(30).take(25).collect();
     let [first, second] = [(); 2].map(|()| learn(&program, &ONE_PASS.profile, &scans).instructions);
-    assert_eq!(first, second);
+    assert_eq!(first.len(), second.len());
+    for (scan, (first, second)) in first.into_iter().zip(second).enumerate() {
+        assert!(first.abs_diff(second) <= CLOCK_INTERRUPT, "scan {scan}: {first} instructions, then {second}");
+    }
 }
 
 #[test]
