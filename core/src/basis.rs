@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Supports, their kernel, and the optional bias: everything that turns a place into features.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Basis<'s, const D: usize> {
     /// Where the supports sit.
     pub lattice: Lattice<D>,
@@ -100,7 +100,26 @@ impl<'s, const D: usize> Basis<'s, D> {
     #[inline]
     #[must_use]
     pub fn features_of(&self, place: &Place<D>, spread_m2: Option<&SMatrix<f32, D, D>>) -> Option<Features<D>> {
+        let mut values = Vec::new();
+        values.resize(self.lattice.stencil_nodes(), 0.0).ok()?;
+        let (stencil, bias) = self.write_features(place, spread_m2, &mut values)?;
+        Some(Features { stencil, values, bias })
+    }
+
+    /// Writes [`features_of`](Self::features_of) over `values`, one for each node of a stencil; answers the stencil and the
+    /// bias feature. `None` also if `values` has another length.
+    #[inline]
+    #[must_use]
+    pub fn write_features(
+        &self,
+        place: &Place<D>,
+        spread_m2: Option<&SMatrix<f32, D, D>>,
+        values: &mut [f32],
+    ) -> Option<(Stencil<D>, f32)> {
         let stencil = self.lattice.stencil_at(&place.middle_m())?;
+        if values.len() != self.lattice.stencil_nodes() {
+            return None;
+        }
         let blurred;
         let kernel = match spread_m2 {
             Some(spread_m2) => {
@@ -109,41 +128,34 @@ impl<'s, const D: usize> Basis<'s, D> {
             }
             None => &self.kernel,
         };
-        let mut features = Features { stencil, values: Vec::new(), bias: 0.0 };
         match place {
             Place::Point(_) if self.supports.table.is_empty() => {
-                let Stencil { from_first_m, .. } = &stencil;
                 let Lattice { spacing_m, stencil: width, .. } = self.lattice;
-                let values = &mut features.values;
-                self.supports.everywhere.over_lattice(kernel, from_first_m, spacing_m, width, |value| {
-                    let _ = values.push(value);
+                let mut slots = values.iter_mut();
+                self.supports.everywhere.over_lattice(kernel, &stencil.from_first_m, spacing_m, width, |value| {
+                    if let Some(slot) = slots.next() {
+                        *slot = value;
+                    }
                 });
-                if values.len() != self.lattice.stencil_nodes() {
-                    return None;
-                }
             }
             Place::Point(_) => {
-                for (node, displacement) in self.nodes(&stencil) {
-                    let value = self.supports.at(&node).feature(kernel, &displacement);
-                    features.values.push(value).ok()?;
+                for (slot, (node, displacement)) in values.iter_mut().zip(self.nodes(&stencil)) {
+                    *slot = self.supports.at(&node).feature(kernel, &displacement);
                 }
             }
             Place::Segment { from_m, to_m } => {
                 let along = to_m - from_m;
-                for (node, middle) in self.nodes(&stencil) {
+                for (slot, (node, middle)) in values.iter_mut().zip(self.nodes(&stencil)) {
                     let support = self.supports.at(&node);
-                    let value = match self.segments {
+                    *slot = match self.segments {
                         Averaging::Exact => support.segment_feature(kernel, &middle, &along),
                         Averaging::Samples(count) => sampled(count, |x| support.feature(kernel, &(middle + along * x))),
                     };
-                    features.values.push(value).ok()?;
                 }
             }
         }
-        if let Some(coupling) = self.bias_coupling {
-            features.bias = 1.0 - coupling * features.values.iter().sum::<f32>();
-        }
-        Some(features)
+        let bias = self.bias_coupling.map_or(0.0, |coupling| 1.0 - coupling * values.iter().sum::<f32>());
+        Some((stencil, bias))
     }
 
     /// ∂φ/∂x at the point whose stencil is given.
@@ -228,23 +240,25 @@ impl<'s, const D: usize> Basis<'s, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{KernelChoice, KernelParameters};
-    use crate::support::{SupportChoice, SupportParameters, SupportTable};
+    use crate::kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings};
+    use crate::support::{SupportSettings, SupportTable};
 
-    fn basis(kernel: KernelChoice, stencil: usize) -> Basis<'static, 2> {
-        let parameters = KernelParameters { spacing_m: 0.5, shape_m2: 0.15 };
+    const SPLINE: KernelSettings = KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT);
+    const EXPONENTIAL: KernelSettings = KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT);
+
+    fn basis(kernel: KernelSettings, stencil: usize) -> Basis<'static, 2> {
         let lattice = Lattice { origin_m: Point::zeros(), spacing_m: 0.5, stencil };
         let supports = Supports { everywhere: Default::default(), table: SupportTable::EMPTY };
-        Basis::new(lattice, kernel.build(&parameters), supports, Averaging::Exact, true)
+        Basis::new(lattice, kernel.build(0.5), supports, Averaging::Exact, true)
     }
 
     #[test]
     fn the_bias_feature_is_what_the_lattice_cannot_express() {
         for i in 0..200 {
             let at = Point::<2>::new(i as f32 * 0.013, i as f32 * 0.027);
-            let spline = basis(KernelChoice::CubicBSpline, 4).features(&at).unwrap();
+            let spline = basis(SPLINE, 4).features(&at).unwrap();
             assert!(spline.bias.abs() < 1e-6);
-            let exponential = basis(KernelChoice::SquaredExponential, 6).features(&at).unwrap();
+            let exponential = basis(EXPONENTIAL, 6).features(&at).unwrap();
             assert!(exponential.bias.abs() < 2e-2, "a ripple, not {}", exponential.bias);
         }
     }
@@ -252,19 +266,18 @@ mod tests {
     #[test]
     fn a_table_of_the_same_supports_is_the_same_function_bit_for_bit() {
         let window = crate::lattice::Window { first: [-8, -8], width: [24, 24] };
-        for kernel in KernelChoice::ALL {
-            for choice in SupportChoice::ALL {
-                let everywhere =
-                    choice.build(&SupportParameters { spacing_m: 0.5, size: 0.4, averaging: Averaging::Exact });
+        for kernel in KernelSettings::ALL {
+            for support in SupportSettings::ALL {
+                let everywhere = support.build(0.2);
                 let alike = std::vec![everywhere; window.supports()];
                 let mut one = basis(*kernel, 6);
                 one.supports.everywhere = everywhere;
-                let mut each = one;
-                each.supports.table = SupportTable::new(window, &alike).unwrap();
+                let mut each = one.clone();
+                each.supports.table = SupportTable::new(window, alike.as_slice()).unwrap();
                 for i in 0..50 {
                     let at = Point::<2>::new(i as f32 * 0.053, i as f32 * 0.027);
                     let (one, each) = (one.features(&at).unwrap(), each.features(&at).unwrap());
-                    assert_eq!(one.values, each.values, "{} over a {}", kernel.name(), choice.name());
+                    assert_eq!(one.values, each.values, "{} over a {}", kernel.name(), support.name());
                 }
             }
         }

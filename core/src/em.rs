@@ -18,7 +18,7 @@
 
 use crate::{
     posterior::{Moments, NotPositiveDefinite, Posterior, Rows, Scratch, Site},
-    rule::{AnyRule, Observation, UpdateRule},
+    rule::{AnyRule, LabelledMoments, UpdateRule},
 };
 
 /// What one update of one posterior did.
@@ -91,7 +91,7 @@ pub fn update<const M: usize, const B: usize>(
             for (_, state) in rows.iter_mut() {
                 state.best = state.site;
                 if !last {
-                    state.site = rule.next_site(&Observation {
+                    state.site = rule.next_site(&LabelledMoments {
                         label: state.label,
                         prior_mean: state.prior_mean,
                         current: Moments { mean: state.mean, variance: state.variance },
@@ -126,9 +126,9 @@ struct Kept {
 fn start<const M: usize, const B: usize>(posterior: &Posterior<M, B>, rows: &mut Rows<'_>, rule: &AnyRule) {
     let view = posterior.view();
     for (row, state) in rows.iter_mut() {
-        let current = view.moments(row, state.bias);
+        let current = view.moments(&row);
         state.prior_mean = current.mean;
-        state.site = rule.first_site(&Observation { label: state.label, prior_mean: current.mean, current });
+        state.site = rule.first_site(&LabelledMoments { label: state.label, prior_mean: current.mean, current });
         state.best = Default::default();
     }
 }
@@ -146,12 +146,12 @@ fn evaluate<const M: usize, const B: usize>(
     let mut likelihood = 0.0;
     let mut divergence = (after[0] - before[0]) + (after[1] - before[1]) - inflated;
     for (row, state) in rows.iter_mut() {
-        let Moments { mean: step, variance } = scratch.moments(row, state.bias);
+        let Moments { mean: step, variance } = scratch.moments(&row);
         state.mean = state.prior_mean + step;
         state.variance = variance;
         let Site { curvature, pull, .. } = state.site;
         divergence += (pull - curvature * step) * step - curvature * variance;
-        let observation = Observation {
+        let observation = LabelledMoments {
             label: state.label,
             prior_mean: state.prior_mean,
             current: Moments { mean: state.mean, variance },
@@ -171,7 +171,7 @@ fn commit<const M: usize, const B: usize>(
 ) {
     scratch.apply_step(&mut posterior.mean, &mut posterior.bias_mean);
     for (row, state) in rows.iter() {
-        posterior.learn(row, state.bias, state.best.curvature);
+        posterior.learn(&row, state.best.curvature);
     }
     if inflation > 0.0 {
         posterior.inflate(inflation);

@@ -3,7 +3,10 @@
 //! The lattice is unbounded: every support has an integer node. A [`Window`] is the box of nodes that one tile holds, in
 //! lexicographic order, the last axis fastest: that order is what makes the information matrix banded.
 
-use crate::geometry::Point;
+use crate::{
+    geometry::Point,
+    posterior::{Pattern, PatternError},
+};
 
 /// Most nodes a stencil may have: 8² in the plane, 4³ in space.
 pub const MAX_STENCIL_NODES: usize = 64;
@@ -169,6 +172,20 @@ impl<const D: usize> Window<D> {
             strides[axis] = strides[axis + 1] * self.width[axis + 1];
         }
         strides
+    }
+
+    /// Where the supports of a stencil stand in the order, counted from its first: a run for each line along the last axis.
+    ///
+    /// # Errors
+    /// [`PatternError`] if the stencil has no nodes or more lines than a pattern holds.
+    pub fn pattern(&self, stencil: usize) -> Result<Pattern, PatternError> {
+        let strides = self.strides();
+        let mut lines = [stencil; D];
+        if let Some(last) = lines.last_mut() {
+            *last = 1;
+        }
+        let start = |offset: [usize; D]| offset.iter().zip(strides).map(|(o, stride)| o * stride).sum();
+        Pattern::new(stencil, offsets(lines).map(start))
     }
 
     /// The index of a stencil's first node if the whole stencil lies in the window.

@@ -2,12 +2,16 @@
 //!
 //! One continuous function says, for every point of the plane, how likely it is occupied and how sure that is. It is
 //! learned scan by scan, exactly (full covariance within a tile), with a bounded number of operations and no memory but
-//! what the caller lends: no `std`, no `alloc`, no clock, no randomness, no I/O.
+//! what it is given at the start: no `std`, no allocation, no clock, no randomness, no I/O.
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
 #[cfg(any(test, feature = "reference"))]
 extern crate std;
+
+mod define;
 
 pub mod basis;
 pub mod beam;
@@ -15,6 +19,7 @@ pub mod em;
 pub mod geometry;
 pub mod kernel;
 pub mod lattice;
+pub mod map;
 pub mod mapper;
 pub mod posterior;
 pub mod profile;
@@ -23,7 +28,7 @@ pub mod reference;
 pub mod relevance;
 pub mod rule;
 pub mod scan;
-pub mod scattered;
 pub mod settings;
+pub mod storage;
 pub mod support;
 pub mod tile;

@@ -1,67 +1,55 @@
-//! What a beam says: labelled observations, before any weight or lattice is known.
+//! From a reading to observations: what a ray means, and which labelled points and segments it gives, before any weight or
+//! lattice is known.
 //!
-//! To add a rule: write its file, name it in the list below.
+//! To add a rule: write its file, with its settings, and name it in the list below.
 
 mod line_segments;
 mod point_samples;
-mod sort;
+mod ray;
 
 pub use line_segments::LineSegments;
 pub use point_samples::PointSamples;
-pub use sort::{BeamEnd, BeamLimits, BeamTally, sort_beam};
+pub use ray::{BeamLimits, BeamTally, Ray, RayEnd, Reading};
 
-use crate::geometry::{Place, Point};
-
-/// One beam, in the map frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
-    /// Which beam of its scan.
-    pub number: usize,
-    /// Where the sensor stands, metres.
-    pub origin_m: Point<2>,
-    /// Unit vector along the beam.
-    pub direction: Point<2>,
-    /// How it ended.
-    pub end: BeamEnd,
-}
+use crate::{
+    define::sum_type,
+    geometry::{Place, Point},
+    kernel::Averaging,
+};
 
 /// A point or a segment of which the label is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LabelledPlace {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation<const D: usize> {
     /// Where, metres.
-    pub place: Place<2>,
+    pub place: Place<D>,
     /// Occupied or free.
     pub occupied: bool,
 }
 
-impl LabelledPlace {
-    /// Room for an observation, for a `static`; on a computer allocate it zeroed instead, which is as good a value.
-    pub const VACANT: Self = Self { place: Place::Point(Point::<2>::new(0.0, 0.0)), occupied: false };
+impl<const D: usize> Observation<D> {
+    /// A labelled point.
+    #[inline]
+    #[must_use]
+    pub const fn at_point(point_m: Point<D>, occupied: bool) -> Self {
+        Self { place: Place::Point(point_m), occupied }
+    }
 }
 
-/// Turns a beam into observations, the same ones whenever it is given the same beam.
+/// Turns a ray into observations, the same ones whenever it is given the same ray.
 pub trait BeamRule {
-    /// The rule that a configuration describes.
-    fn from_parameters(parameters: &BeamParameters) -> Self;
+    /// Hands every observation of the ray to `emit`, in a fixed order, until `emit` answers `false`. A ray whose reading is
+    /// unusable gives none.
+    ///
+    /// `spacing_m` is the distance between neighbouring supports, metres, for rules whose lengths scale with the lattice.
+    fn observe<const D: usize>(&self, ray: &Ray<D>, spacing_m: f32, emit: impl FnMut(Observation<D>) -> bool);
 
-    /// Hands every observation of the beam to `emit`, in a fixed order, until it answers `false`.
-    fn observe(&self, beam: &Beam, emit: &mut dyn FnMut(LabelledPlace) -> bool);
+    /// How features are averaged along the segments that the rule gives, if any.
+    fn segment_averaging(&self) -> Averaging {
+        Averaging::Exact
+    }
 }
 
-/// What a beam rule is made from; each takes what it needs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BeamParameters {
-    /// Distance between neighbouring supports, metres.
-    pub spacing_m: f32,
-    /// Longest piece of a beam for which one free point stands, metres.
-    pub free_spacing_m: f32,
-    /// Longest segment, in spacings.
-    pub segment_length: f32,
-    /// Length before a hit that is left unlabelled, metres: range noise must not put free space on the wall.
-    pub gap_m: f32,
-}
-
-/// Most pieces of one beam, whatever its range and their length.
+/// Most pieces of one ray, whatever its range and their length.
 const MAX_PIECES: usize = 4_096;
 
 /// Into how many equal pieces no longer than `longest_m` a length is cut, at least one and at most `max`.
@@ -72,42 +60,35 @@ fn pieces(length_m: f32, longest_m: f32, max: usize) -> usize {
     (quotient as usize + usize::from(quotient as usize as f32 != quotient)).max(1)
 }
 
+/// The free part of a ray in metres, which ends `gap_m` before a hit, and the hit.
+#[inline]
+fn free_and_hit(end: RayEnd, gap_m: f32) -> (f32, Option<f32>) {
+    match end {
+        RayEnd::Hit(range_m) => (range_m - gap_m, Some(range_m)),
+        RayEnd::Free(range_m) => (range_m, None),
+    }
+}
+
 macro_rules! beam_rules {
     ($($name:literal => $rule:ident),* $(,)?) => {
-        /// The beam rules a map can be configured with.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum AnyBeamRule {
-            $(#[doc = concat!("See [`", stringify!($rule), "`].")] $rule($rule)),*
+        sum_type! {
+            /// The beam rules a map can be configured with, each with its settings.
+            "beam rule" AnyBeamRule { $($name => $rule($rule)),* }
         }
 
-        /// Names of [`AnyBeamRule`]'s variants, as a configuration spells them.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum BeamChoice {
-            $(#[doc = concat!("See [`", stringify!($rule), "`].")] $rule),*
-        }
-
-        impl BeamChoice {
-            /// Every rule there is.
-            pub const ALL: &'static [Self] = &[$(Self::$rule),*];
-
-            /// The rule's name.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$rule => $name),* }
-            }
-
-            /// The rule itself.
-            #[must_use]
-            pub fn build(self, parameters: &BeamParameters) -> AnyBeamRule {
-                match self { $(Self::$rule => AnyBeamRule::$rule($rule::from_parameters(parameters))),* }
-            }
-        }
-
-        impl AnyBeamRule {
-            /// See [`BeamRule::observe`].
+        impl BeamRule for AnyBeamRule {
             #[inline]
-            pub fn observe(&self, beam: &Beam, emit: &mut dyn FnMut(LabelledPlace) -> bool) {
-                match self { $(Self::$rule(rule) => rule.observe(beam, emit)),* }
+            fn observe<const D: usize>(
+                &self,
+                ray: &Ray<D>,
+                spacing_m: f32,
+                emit: impl FnMut(Observation<D>) -> bool,
+            ) {
+                match self { $(Self::$rule(rule) => rule.observe(ray, spacing_m, emit)),* }
+            }
+
+            fn segment_averaging(&self) -> Averaging {
+                match self { $(Self::$rule(rule) => rule.segment_averaging()),* }
             }
         }
     };

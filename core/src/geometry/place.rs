@@ -27,8 +27,8 @@ impl<const D: usize> Place<D> {
     }
 }
 
-impl<const D: usize> Default for Place<D> {
-    fn default() -> Self {
-        Self::Point(Point::zeros())
+impl<const D: usize> From<Point<D>> for Place<D> {
+    fn from(point_m: Point<D>) -> Self {
+        Self::Point(point_m)
     }
 }

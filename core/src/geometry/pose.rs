@@ -3,6 +3,8 @@ use super::{Point, sin_cos};
 /// A planar rigid motion: where a frame stands in another.
 ///
 /// Named by direction, as `map_from_sensor`: applied to a point in the sensor frame it gives the point in the map frame.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Pose {
     /// Position of the inner frame's origin, metres.

@@ -5,6 +5,8 @@ use super::Point;
 /// How uncertain a planar pose is: the covariance of its position (m²), its heading (rad²), and between them (m·rad).
 ///
 /// All zero is certainty.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseCovariance {
     /// Variance of x, m².

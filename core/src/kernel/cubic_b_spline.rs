@@ -1,10 +1,25 @@
 use nalgebra::SMatrix;
 
 use super::{
-    Kernel, KernelParameters,
+    Kernel,
     quadrature::{HERMITE_7, LEGENDRE_2, LEGENDRE_5, mean},
 };
-use crate::{geometry::Point, lattice::offsets};
+use crate::{define::settings, geometry::Point, lattice::offsets, settings::SettingsError};
+
+settings! {
+    /// Settings of a [`CubicBSpline`]: none, since its width is the spacing.
+    CubicBSplineSettings {}
+}
+
+impl CubicBSplineSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        Ok(())
+    }
+
+    pub(crate) fn build<const D: usize>(&self, spacing_m: f32) -> CubicBSpline<D> {
+        CubicBSpline::new(spacing_m)
+    }
+}
 
 /// Cubic B-spline: `k(d) = Πᵢ β(dᵢ/h) / β(0)`, β the cardinal cubic B-spline.
 ///
@@ -36,10 +51,6 @@ impl<const D: usize> CubicBSpline<D> {
     #[must_use]
     pub fn new(spacing_m: f32) -> Self {
         Self { per_spacing: 1.0 / spacing_m, blur: None }
-    }
-
-    pub(super) fn from_parameters(parameters: &KernelParameters) -> Self {
-        Self::new(parameters.spacing_m)
     }
 }
 

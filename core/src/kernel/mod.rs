@@ -1,11 +1,11 @@
-//! How far a support's say reaches: the correlation between a point and a support's centre.
+//! Kernels: the correlation between a point and a support's centre.
 //!
 //! A kernel sees a displacement in metres and nothing else; it knows no lattice. Everything that a support or an
 //! observation may cover asks a kernel for three averages, which compose freely: over a Gaussian ([`Kernel::blurred`]), a
 //! line segment ([`Kernel::over_segment`]) and a box ([`Kernel::over_box`]). Each kernel answers in closed form where there
 //! is one and else by quadrature, with the error its documentation states.
 //!
-//! To add one: write its file, name it in the list at [`kernels!`](self) below.
+//! To add one: write its file, with its settings, and name it in the list below.
 
 mod bell;
 mod cubic_b_spline;
@@ -13,14 +13,14 @@ pub(crate) mod quadrature;
 mod squared_exponential;
 mod two_scales;
 
-pub use cubic_b_spline::CubicBSpline;
+pub use cubic_b_spline::{CubicBSpline, CubicBSplineSettings};
 pub use quadrature::{Averaging, MAX_SAMPLES};
-pub use squared_exponential::SquaredExponential;
-pub use two_scales::TwoScales;
+pub use squared_exponential::{SquaredExponential, SquaredExponentialSettings};
+pub use two_scales::{TwoScales, TwoScalesSettings};
 
 use nalgebra::SMatrix;
 
-use crate::{geometry::Point, lattice::offsets};
+use crate::{define::sum_type, geometry::Point, lattice::offsets};
 
 /// A kernel `k(d)` of the displacement `d = x − x̃` from a support's centre to a point, with `k(0) = 1` until it is blurred.
 pub trait Kernel<const D: usize>: Copy {
@@ -72,43 +72,27 @@ pub trait Kernel<const D: usize>: Copy {
     fn cut_off(&self, reach_m: f32) -> f32;
 }
 
-/// What a kernel is made from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KernelParameters {
-    /// Distance between neighbouring supports, metres.
-    pub spacing_m: f32,
-    /// The isotropic shape `g` of `G = g·I` (eq. 9), square metres; ignored by kernels whose width is their spacing.
-    pub shape_m2: f32,
-}
+/// g = 0.6 h²: the paper's 0.15 m² at its 0.5 m.
+const DEFAULT_SHAPE: f32 = 0.6;
 
 macro_rules! kernels {
-    ($($name:literal => $kernel:ident),* $(,)?) => {
-        /// The kernels a map can be configured with.
+    ($($name:literal => $kernel:ident($settings:ty)),* $(,)?) => {
+        sum_type! {
+            /// The kernels a map can be configured with, each with its settings.
+            "kernel" KernelSettings { $($name => $kernel($settings)),* }
+        }
+
+        /// A kernel in metres, built from its settings for a lattice.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum AnyKernel<const D: usize> {
             $(#[doc = concat!("See [`", stringify!($kernel), "`].")] $kernel($kernel<D>)),*
         }
 
-        /// Names of [`AnyKernel`]'s variants, as a configuration spells them.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum KernelChoice {
-            $(#[doc = concat!("See [`", stringify!($kernel), "`].")] $kernel),*
-        }
-
-        impl KernelChoice {
-            /// Every kernel there is.
-            pub const ALL: &'static [Self] = &[$(Self::$kernel),*];
-
-            /// The kernel's name.
+        impl KernelSettings {
+            /// The kernel for a lattice whose supports are `spacing_m` metres apart.
             #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$kernel => $name),* }
-            }
-
-            /// The kernel itself.
-            #[must_use]
-            pub fn build<const D: usize>(self, parameters: &KernelParameters) -> AnyKernel<D> {
-                match self { $(Self::$kernel => AnyKernel::$kernel($kernel::from_parameters(parameters))),* }
+            pub fn build<const D: usize>(&self, spacing_m: f32) -> AnyKernel<D> {
+                match self { $(Self::$kernel(settings) => AnyKernel::$kernel(settings.build(spacing_m))),* }
             }
         }
 
@@ -151,9 +135,9 @@ macro_rules! kernels {
 }
 
 kernels! {
-    "cubic-b-spline" => CubicBSpline,
-    "squared-exponential" => SquaredExponential,
-    "two-scales" => TwoScales,
+    "cubic-b-spline" => CubicBSpline(CubicBSplineSettings),
+    "squared-exponential" => SquaredExponential(SquaredExponentialSettings),
+    "two-scales" => TwoScales(TwoScalesSettings),
 }
 
 #[cfg(test)]

@@ -38,14 +38,42 @@ pub(crate) fn mean(nodes: &Nodes, mut f: impl FnMut(f32) -> f32) -> f32 {
     nodes.iter().map(|(x, weight)| weight * f(*x)).sum()
 }
 
-/// How a function is averaged over a line segment or a box.
+/// How a function is averaged over a line segment or a box; a configuration writes it as a number of samples, 0 for
+/// [`Averaging::Exact`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u32", into = "u32"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Averaging {
     /// In closed form, or by quadrature of a stated error where there is none.
     #[default]
     Exact,
     /// By so many samples along each axis, equally spaced and equally weighed: eqs. (12) and (14) as printed.
     Samples(u32),
+}
+
+impl From<u32> for Averaging {
+    fn from(samples: u32) -> Self {
+        if samples == 0 { Self::Exact } else { Self::Samples(samples) }
+    }
+}
+
+impl From<Averaging> for u32 {
+    fn from(averaging: Averaging) -> Self {
+        match averaging {
+            Averaging::Exact => 0,
+            Averaging::Samples(count) => count,
+        }
+    }
+}
+
+impl Averaging {
+    /// Whether the number of samples, if any, is one that can be taken.
+    pub(crate) fn is_valid(self) -> bool {
+        match self {
+            Self::Exact => true,
+            Self::Samples(count) => (1..=MAX_SAMPLES).contains(&count),
+        }
+    }
 }
 
 /// Most samples along an axis.

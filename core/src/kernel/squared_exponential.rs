@@ -1,10 +1,33 @@
 use nalgebra::SMatrix;
 
 use super::{
-    Kernel, KernelParameters, bell,
+    DEFAULT_SHAPE, Kernel, bell,
     quadrature::{LEGENDRE_5, LEGENDRE_12, mean},
 };
-use crate::{geometry::Point, lattice::offsets};
+use crate::{
+    define::settings,
+    geometry::Point,
+    lattice::offsets,
+    settings::{SettingsError, number},
+};
+
+settings! {
+    /// Settings of a [`SquaredExponential`].
+    SquaredExponentialSettings {
+        /// The isotropic `g` of `G = g·I` (eq. 9) in units of spacing², so that it scales with the lattice.
+        shape: f32 = DEFAULT_SHAPE,
+    }
+}
+
+impl SquaredExponentialSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        number::positive("kernel shape", self.shape)
+    }
+
+    pub(crate) fn build<const D: usize>(&self, spacing_m: f32) -> SquaredExponential<D> {
+        SquaredExponential::isotropic(self.shape * spacing_m * spacing_m)
+    }
+}
 
 /// Squared exponential: `k(d) = exp(−dᵀ G⁻¹ d)`, eq. (9) of the paper.
 ///
@@ -42,10 +65,6 @@ impl<const D: usize> SquaredExponential<D> {
     pub fn with_shape(shape_m2: SMatrix<f32, D, D>) -> Option<Self> {
         let (shape_inverse, determinant) = invert(shape_m2)?;
         Some(Self { amplitude: 1.0, shape: shape_m2, shape_inverse, determinant })
-    }
-
-    pub(super) fn from_parameters(parameters: &KernelParameters) -> Self {
-        Self::isotropic(parameters.shape_m2)
     }
 }
 

@@ -1,7 +1,29 @@
 use nalgebra::SMatrix;
 
-use super::{Kernel, KernelParameters, SquaredExponential};
-use crate::geometry::Point;
+use super::{DEFAULT_SHAPE, Kernel, SquaredExponential};
+use crate::{
+    define::settings,
+    geometry::Point,
+    settings::{SettingsError, number},
+};
+
+settings! {
+    /// Settings of [`TwoScales`].
+    TwoScalesSettings {
+        /// `g` of the narrow half in units of spacing², so that it scales with the lattice.
+        shape: f32 = DEFAULT_SHAPE,
+    }
+}
+
+impl TwoScalesSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        number::positive("kernel shape", self.shape)
+    }
+
+    pub(crate) fn build<const D: usize>(&self, spacing_m: f32) -> TwoScales<D> {
+        TwoScales::new(self.shape * spacing_m * spacing_m)
+    }
+}
 
 /// Half a squared exponential of shape `g`, half one of twice its length scale: the paper's "several kernels", as one
 /// function on one lattice.
@@ -21,10 +43,6 @@ impl<const D: usize> TwoScales<D> {
     #[must_use]
     pub fn new(shape_m2: f32) -> Self {
         Self { narrow: SquaredExponential::isotropic(shape_m2), wide: SquaredExponential::isotropic(WIDER * shape_m2) }
-    }
-
-    pub(super) fn from_parameters(parameters: &KernelParameters) -> Self {
-        Self::new(parameters.shape_m2)
     }
 }
 

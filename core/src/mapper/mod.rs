@@ -1,67 +1,78 @@
 //! The one façade: scans in, a report back, the map to be asked at any time.
 
 mod memory;
-pub(crate) mod reading;
 mod report;
-mod touched;
+mod sorting;
+mod work;
 
-pub use memory::{Memory, Workspace};
-pub use report::{IntegrateReport, PointTally, ScanRejected};
-pub use touched::Touched;
+pub use memory::{Memory, StaticMemory};
+pub use report::{IntegrateReport, ObservationTally};
+pub use sorting::{Link, TouchedTile};
+pub use work::ObservationSlot;
 
-use reading::Reading;
+use sorting::Sorting;
+use work::{Observed, Workspace};
 
 use crate::{
     basis::Basis,
-    beam::LabelledPlace,
+    beam::{BeamLimits, BeamRule, BeamTally, Observation, Ray},
     em,
-    geometry::{Place, Point, PoseCovariance},
+    geometry::{Place, Point},
+    lattice::Lattice,
+    map::{Map, Occupancy, OccupancyGradient, TileRef},
     posterior::{Prior, RowError, Rows},
-    scan::Scan,
+    scan::{ScanRejected, Sweep},
     settings::{Model, Settings, SettingsError},
-    tile::{Archive, MapView, Occupancy, OccupancyGradient, Tile, TileStore, TileStoreFull, Tiling, entries_of},
+    tile::{Archive, MapView, Tile, TileStore, TileStoreFull, Tiling},
 };
 
-/// A map that learns: settings, and the memory that the caller lent.
+/// A map that learns: settings, and the memory that it works in.
 ///
-/// `M` is the number of supports of a tile and `B` the band, both fixed by the settings' tiling and checked against it.
+/// `D` is the dimension of space, `M` the number of supports of a tile and `B` the band, the latter two fixed by the settings'
+/// tiling and checked against it.
 #[derive(Debug)]
-pub struct Mapper<'m, const M: usize, const B: usize> {
-    settings: Settings,
-    model: Model<'m>,
-    store: TileStore<'m, M, B>,
-    work: Workspace<'m, M, B>,
+pub struct Mapper<'m, const D: usize, const M: usize, const B: usize> {
+    settings: Settings<D>,
+    model: Model<'m, D>,
+    store: TileStore<'m, D, M, B>,
+    work: Workspace<'m, D, M, B>,
     newest_stamp_ns: u64,
     scans: u64,
 }
 
-impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
+impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
     /// An empty map.
     ///
     /// # Errors
-    /// Settings that contradict themselves, or do not fit `M`, `B` or the lent memory.
-    pub fn new(settings: Settings, memory: Memory<'m, M, B>) -> Result<Self, SettingsError> {
-        let model = settings.model_with(memory.supports)?;
+    /// Settings that contradict themselves, or do not fit `M`, `B` or the memory.
+    pub fn new(settings: Settings<D>, memory: Memory<'m, D, M, B>) -> Result<Self, SettingsError> {
+        let model = settings.model_with(memory.supports.clone())?;
         model.tiling.check(M, B)?;
-        let (store, work) = memory.split()?;
+        let (store, work) = memory.split(&settings)?;
         Ok(Self { settings, model, store, work, newest_stamp_ns: 0, scans: 0 })
     }
 
     /// What the map was made with.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &Settings<D> {
         &self.settings
+    }
+
+    /// The functions that follow from the settings.
+    #[must_use]
+    pub fn model(&self) -> &Model<'m, D> {
+        &self.model
     }
 
     /// How points become features.
     #[must_use]
-    pub fn basis(&self) -> &Basis<'m, 2> {
+    pub fn basis(&self) -> &Basis<'m, D> {
         &self.model.basis
     }
 
-    /// How the plane is cut into tiles.
+    /// How space is cut into tiles.
     #[must_use]
-    pub fn tiling(&self) -> &Tiling<2> {
+    pub fn tiling(&self) -> &Tiling<D> {
         &self.model.tiling
     }
 
@@ -73,7 +84,7 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
 
     /// The resident tiles.
     #[must_use]
-    pub fn tiles(&self) -> &TileStore<'m, M, B> {
+    pub fn tiles(&self) -> &TileStore<'m, D, M, B> {
         &self.store
     }
 
@@ -83,7 +94,7 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
         self.newest_stamp_ns
     }
 
-    /// Scans (or batches of points) integrated since the map began.
+    /// Scans (or batches of observations) integrated since the map began.
     #[must_use]
     pub fn scans(&self) -> u64 {
         self.scans
@@ -99,130 +110,113 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
     ///
     /// # Errors
     /// [`TileStoreFull`]; hand the rest to the archive instead.
-    pub fn restore_tile(&mut self, tile: &Tile<M, B>) -> Result<(), TileStoreFull> {
+    pub fn restore_tile(&mut self, tile: &Tile<D, M, B>) -> Result<(), TileStoreFull> {
         self.store.insert(tile)
     }
 
     /// The map as queries see it.
     #[must_use]
-    pub fn view(&self) -> MapView<'_, &TileStore<'m, M, B>, M, B> {
+    pub fn view(&self) -> MapView<'_, &TileStore<'m, D, M, B>, D, M, B> {
         self.model.view(&self.store)
     }
 
-    /// What the map says about a point.
-    #[must_use]
-    pub fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
-        self.view().occupancy(point_m)
-    }
-
-    /// How that changes with the point.
-    #[must_use]
-    pub fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
-        self.view().gradient(point_m)
-    }
-
-    /// Learns a scan.
+    /// Learns a sweep of a range sensor, such as a [`Scan`](crate::scan::Scan).
     ///
-    /// Beams that cannot be used are dropped one by one and counted. If the observations of the scan exceed the lent
-    /// memory, every second beam is used (then every fourth, …), so that what is dropped is spread over all directions.
+    /// Beams that cannot be used are dropped one by one and counted. If the observations of the sweep exceed the memory, every
+    /// second beam is used (then every fourth, …), so that what is dropped is spread over all directions.
     ///
     /// # Errors
-    /// [`ScanRejected`] if the scan as a whole is not usable; the map is then unchanged.
+    /// [`ScanRejected`] if the sweep as a whole is not usable; the map is then unchanged.
     #[inline(always)]
     pub fn integrate(
         &mut self,
-        scan: &Scan<'_>,
-        archive: &mut impl Archive<M, B>,
+        sweep: &impl Sweep<D>,
+        archive: &mut impl Archive<D, M, B>,
     ) -> Result<IntegrateReport, ScanRejected> {
-        let lattice = &self.model.basis.lattice;
-        reading::check(scan, self.newest_stamp_ns, |position| lattice.stencil_at(position).is_some())?;
-        let reading = Reading { limits: &self.settings.limits, rule: &self.model.beam, cut: Some(lattice) };
-        let (observed, beams) = reading.read(scan, self.work.places);
-        let mut report = IntegrateReport { beams, ..IntegrateReport::default() };
-        self.newest_stamp_ns = scan.stamp_ns;
-        let uncertainty = scan.pose_covariance.map(|covariance| (scan.map_from_sensor.position(), covariance));
-        self.learn(observed, uncertainty, archive, &mut report);
-        Ok(report)
+        let Settings { limits, beam, spacing_m, .. } = self.settings;
+        let lattice = self.model.basis.lattice;
+        sweep.check(|position_m| lattice.stencil_at(position_m).is_some())?;
+        if sweep.stamp_ns() < self.newest_stamp_ns {
+            return Err(ScanRejected::StampWentBack { stamp_ns: sweep.stamp_ns(), newest_ns: self.newest_stamp_ns });
+        }
+        let every = thinning(sweep, &limits, self.work.capacity, |ray, room| {
+            let mut count = 0;
+            beam.observe(ray, spacing_m, |observation| {
+                whole_rows(&lattice, &observation, |_| {
+                    count += 1;
+                    count <= room
+                })
+            });
+            count
+        });
+        let mut beams = BeamTally::default();
+        let read = |observed: &mut Observed<'_, D>, model: &Model<'_, D>| {
+            for ray in sweep.rays(&limits) {
+                if every.is_none_or(|every| ray.number % every != 0) {
+                    beams.over_capacity += 1;
+                    continue;
+                }
+                beams.count(&ray.reading);
+                beam.observe(&ray, spacing_m, |observation| {
+                    whole_rows(&lattice, &observation, |piece| {
+                        observed.push(&piece, sweep.covariance_at(&piece.place.middle_m()), model);
+                        true
+                    })
+                });
+            }
+        };
+        self.newest_stamp_ns = sweep.stamp_ns();
+        let report = self.learn(read, archive);
+        Ok(IntegrateReport { beams, ..report })
     }
 
-    /// Learns labelled points, for data that was prepared elsewhere.
+    /// Learns labelled points or segments, for data that was prepared elsewhere.
     ///
-    /// Points that are not finite or off the lattice are dropped and counted.
+    /// Those that are not finite or off the lattice are dropped and counted. Segments must not leave a cell of the lattice
+    /// (see [`Lattice::cut`]).
     ///
     /// # Errors
-    /// [`ScanRejected::LabelsMissing`] if the slices differ in length, [`ScanRejected::TooManyPoints`] if they exceed the
-    /// lent memory; the map is then unchanged.
+    /// [`ScanRejected::TooManyObservations`] if they exceed the memory; the map is then unchanged.
     #[inline(always)]
-    pub fn integrate_points(
+    pub fn integrate_observations(
         &mut self,
-        points_m: &[Point<2>],
-        occupied: &[bool],
-        archive: &mut impl Archive<M, B>,
+        observations: &[Observation<D>],
+        archive: &mut impl Archive<D, M, B>,
     ) -> Result<IntegrateReport, ScanRejected> {
-        if points_m.len() != occupied.len() {
-            return Err(ScanRejected::LabelsMissing { points: points_m.len(), labels: occupied.len() });
+        let capacity = self.work.capacity;
+        if observations.len() > capacity {
+            return Err(ScanRejected::TooManyObservations { observations: observations.len(), capacity });
         }
-        if points_m.len() > self.work.places.len() {
-            return Err(ScanRejected::TooManyPoints { points: points_m.len(), capacity: self.work.places.len() });
-        }
-        for (slot, (point, occupied)) in self.work.places.iter_mut().zip(points_m.iter().zip(occupied)) {
-            *slot = LabelledPlace { place: Place::Point(*point), occupied: *occupied };
-        }
-        let mut report = IntegrateReport::default();
-        self.learn(points_m.len(), None, archive, &mut report);
-        Ok(report)
+        let read = |observed: &mut Observed<'_, D>, model: &Model<'_, D>| {
+            for observation in observations {
+                observed.push(observation, None, model);
+            }
+        };
+        Ok(self.learn(read, archive))
     }
 
-    /// Learns the first `count` places of the buffer, tile by tile. With an uncertain pose, given as where the sensor
-    /// stands and its covariance, every place means the points around it as well.
+    /// Reads observations, then learns them tile by tile.
     #[inline(always)]
     fn learn(
         &mut self,
-        count: usize,
-        uncertainty: Option<(Point<2>, PoseCovariance)>,
-        archive: &mut impl Archive<M, B>,
-        report: &mut IntegrateReport,
-    ) {
+        read: impl FnOnce(&mut Observed<'_, D>, &Model<'_, D>),
+        archive: &mut impl Archive<D, M, B>,
+    ) -> IntegrateReport {
         self.scans += 1;
-        let Model { basis, tiling, prior, .. } = &self.model;
-        let Workspace { scratch, places, firsts, touched, entries, states } = &mut self.work;
-        let places = &places[..count];
-        let widening = |place: &LabelledPlace| {
-            uncertainty
-                .map(|(sensor_m, covariance)| basis.widening(&covariance.at(&(place.place.middle_m() - sensor_m))))
-        };
-        let mut touched = Touched::new(touched);
-        for (first, place) in firsts.iter_mut().zip(places) {
-            let stencil = basis.lattice.stencil_at(&place.place.middle_m());
-            *first = stencil.map(|stencil| stencil.first);
-            let Some(stencil) = stencil else {
-                report.points.unplaceable += 1;
-                continue;
-            };
-            let (mut tiles, mut missed) = (0, 0);
-            for tile in tiling.holding(&stencil.first).filter(|tile| tiling.contains(tile)) {
-                tiles += 1;
-                missed += u32::from(!touched.insert(tile));
-            }
-            report.points.outside += u32::from(tiles == 0);
-            report.points.over_capacity += u32::from(missed > 0);
-            report.points.used += u32::from(tiles > missed);
-            report.points.narrowed +=
-                u32::from(tiles > missed && widening(place).is_some_and(|(_, narrowed)| narrowed));
-        }
-        for index in touched.as_slice() {
+        let Model { basis, tiling, pattern, prior } = &self.model;
+        let Workspace { scratch, observations, features, links, touched, rows, .. } = &mut self.work;
+        let (slots, sorting) = (&mut **observations, Sorting::new(touched, links));
+        let mut observed = Observed { slots, features, sorting, len: 0, tally: ObservationTally::default() };
+        read(&mut observed, &self.model);
+        let Observed { slots, features, sorting, tally, .. } = observed;
+        let mut report = IntegrateReport { observations: tally, ..IntegrateReport::default() };
+        for (index, numbers) in sorting.tiles() {
             let window = tiling.window(index);
-            let stencil = basis.lattice.stencil;
-            let mut rows = Rows::new(entries, states);
-            for (first, place) in firsts.iter().zip(places) {
-                let Some(first) = first else { continue };
-                if window.index_of_whole(first, stencil).is_none() {
-                    continue;
-                }
-                let spread = widening(place).map(|(spread, _)| spread);
-                let Some(features) = basis.features_of(&place.place, spread.as_ref()) else { continue };
-                let entries = entries_of(&features, &window, stencil);
-                match rows.push::<M, B>(entries, features.bias, place.occupied) {
+            let mut rows = Rows::new(pattern, features, rows);
+            for number in numbers {
+                let ObservationSlot { first, bias, occupied } = slots[number];
+                let Some(base) = window.index_of_whole(&first, basis.lattice.stencil) else { continue };
+                match rows.push::<M, B>(number, base, bias, occupied) {
                     Ok(()) => report.rows += 1,
                     Err(RowError::Full) => report.rows_over_capacity += 1,
                     Err(_) => report.rows_refused += 1,
@@ -247,5 +241,72 @@ impl<'m, const M: usize, const B: usize> Mapper<'m, M, B> {
                 Err(_) => report.tiles_failed += 1,
             }
         }
+        report
+    }
+}
+
+impl<const D: usize, const M: usize, const B: usize> Map<D> for Mapper<'_, D, M, B> {
+    fn occupancy(&self, point_m: &Point<D>) -> Occupancy {
+        self.view().occupancy(point_m)
+    }
+
+    fn occupancies(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
+        self.view().occupancies(points_m, answers);
+    }
+
+    fn gradient(&self, point_m: &Point<D>) -> OccupancyGradient<D> {
+        self.view().gradient(point_m)
+    }
+
+    fn spacing_m(&self) -> f32 {
+        self.settings.spacing_m
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, D>)) {
+        self.view().for_each_tile(visit);
+    }
+}
+
+/// Hands an observation to `each` in pieces that are rows of one stencil, until `each` answers `false`: a segment is cut where
+/// it enters another cell, so that nothing of it falls outside the band.
+#[inline(always)]
+fn whole_rows<const D: usize>(
+    lattice: &Lattice<D>,
+    observation: &Observation<D>,
+    mut each: impl FnMut(Observation<D>) -> bool,
+) -> bool {
+    match observation.place {
+        Place::Point(_) => each(*observation),
+        Place::Segment { from_m, to_m } => lattice
+            .cut(from_m, to_m)
+            .all(|(from_m, to_m)| each(Observation { place: Place::Segment { from_m, to_m }, ..*observation })),
+    }
+}
+
+/// Every how many rays one is used, so that observations number at most `capacity`: 1, 2, 4, …; `None` if not even the first
+/// ray's fit. `count` says how many observations a ray gives, and may stop counting beyond the room that is left.
+#[inline(always)]
+fn thinning<const D: usize>(
+    sweep: &impl Sweep<D>,
+    limits: &BeamLimits,
+    capacity: usize,
+    count: impl Fn(&Ray<D>, usize) -> usize,
+) -> Option<usize> {
+    let mut every = 1;
+    loop {
+        let mut room = Some(capacity);
+        for ray in sweep.rays(limits).filter(|ray| ray.number % every == 0) {
+            room = room.and_then(|room| room.checked_sub(count(&ray, room)));
+            if room.is_none() {
+                break;
+            }
+        }
+        if room.is_some() {
+            return Some(every);
+        }
+        if every >= sweep.beams() {
+            return None;
+        }
+        every *= 2;
     }
 }

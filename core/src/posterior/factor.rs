@@ -5,7 +5,7 @@
 //!
 //! These loops are `inline(always)` so that a caller compiled for wider vectors gets them in its own instruction set.
 
-use super::{Band, NotPositiveDefinite, Rows, Scratch, runs::add_outer};
+use super::{Band, NotPositiveDefinite, Row, Rows, Scratch, runs::add_outer};
 
 /// Covers the columns `0..$width` of a target row with panels that are held in registers while their sources stream by, and
 /// calls `$body` with each: as many as fit of the first width, then of the second, … The last width must be 1.
@@ -97,9 +97,9 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
             let inflation = *inflation;
             self.assemble(|i| information[i], border, corner);
             for (row, state) in rows.iter() {
-                add_outer(&mut self.work, row, state.site.curvature);
-                if state.bias != 0.0 {
-                    self.add_border(row, state.bias, state.site.curvature);
+                add_outer(&mut self.work, &row, state.site.curvature);
+                if row.bias != 0.0 {
+                    self.add_border(&row, state.site.curvature);
                 }
             }
             if inflation > 0.0 {
@@ -206,10 +206,8 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
         self.step.fill(0.0);
         self.bias_step = 0.0;
         for (row, state) in rows.iter() {
-            for entry in row {
-                self.step[entry.index()] += state.site.pull * entry.value;
-            }
-            self.bias_step += state.site.pull * state.bias;
+            row.add_to(state.site.pull, &mut self.step);
+            self.bias_step += state.site.pull * row.bias;
         }
         self.solve_in_place();
     }
@@ -235,11 +233,9 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
     }
 
     #[inline(always)]
-    fn add_border(&mut self, row: &[super::Entry], bias: f32, weight: f32) {
-        for entry in row {
-            self.border[entry.index()] += weight * bias * entry.value;
-        }
-        self.corner += weight * bias * bias;
+    fn add_border(&mut self, row: &Row<'_>, weight: f32) {
+        row.add_to(weight * row.bias, &mut self.border);
+        self.corner += weight * row.bias * row.bias;
     }
 }
 

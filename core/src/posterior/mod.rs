@@ -4,18 +4,20 @@
 //! `μ` stand beside it, for the next scan's first pass, for queries and for publication. A bias couples with every weight:
 //! it is a border, one dense row beside the band.
 //!
-//! The posterior knows (index, value) pairs, no geometry. Its state and scratch are plain numbers: all-zero bytes are a
+//! The posterior knows rows of features at weights, no geometry. Its state and scratch are plain numbers: all-zero bytes are a
 //! valid value of both, so the owner can allocate them zeroed, in place.
 
 mod factor;
 mod forget;
+mod pattern;
 mod prior;
 mod rows;
 mod runs;
 mod selected_inverse;
 
+pub use pattern::{MAX_RUNS, Pattern, PatternError, Row};
 pub use prior::{BiasPrior, Prior};
-pub use rows::{Entry, RowError, RowState, Rows, Site};
+pub use rows::{RowError, RowState, Rows, Site};
 
 use core::fmt;
 
@@ -149,13 +151,11 @@ impl<const M: usize, const B: usize> Posterior<M, B> {
 
     /// `Λ += c φφᵀ`, in the order in which [`Scratch::factor`] did it, so that `Σ` remains its inverse bit for bit.
     #[inline(always)]
-    pub(crate) fn learn(&mut self, row: &[Entry], bias: f32, curvature: f32) {
+    pub(crate) fn learn(&mut self, row: &Row<'_>, curvature: f32) {
         runs::add_outer(&mut self.information, row, curvature);
-        if bias != 0.0 {
-            for entry in row {
-                self.border_information[entry.index()] += curvature * bias * entry.value;
-            }
-            self.bias_information += curvature * bias * bias;
+        if row.bias != 0.0 {
+            row.add_to(curvature * row.bias, &mut self.border_information);
+            self.bias_information += curvature * row.bias * row.bias;
         }
     }
 }
@@ -207,44 +207,44 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
 }
 
 impl<const M: usize, const B: usize> PosteriorView<'_, M, B> {
-    /// `φᵀμ` and `φᵀΣφ` of a row; pairs that lie outside the band count as zero.
+    /// `φᵀμ` and `φᵀΣφ` of a row, whose weights must all exist; pairs that lie outside the band count as zero.
+    ///
+    /// # Panics
+    /// If a weight of the row does not exist.
     #[inline(always)]
     #[must_use]
-    pub fn moments(&self, entries: &[Entry], bias: f32) -> Moments {
-        let mut variance = runs::quadratic_form(entries, |i| self.covariance.get(i));
-        if bias != 0.0 {
-            let coupled: f32 =
-                entries.iter().map(|e| e.value * self.border_covariance.get(e.index()).copied().unwrap_or(0.0)).sum();
-            variance += bias * (2.0 * coupled + bias * self.bias_covariance);
+    pub fn moments(&self, row: &Row<'_>) -> Moments {
+        let mut variance = runs::quadratic_form(row, self.covariance);
+        if row.bias != 0.0 {
+            variance += row.bias * (2.0 * row.dot(self.border_covariance) + row.bias * self.bias_covariance);
         }
-        Moments { mean: self.mean_of(entries, bias), variance: variance.max(0.0) }
+        Moments { mean: self.mean_of(row), variance: variance.max(0.0) }
     }
 
     /// `φᵀμ`.
     #[inline(always)]
     #[must_use]
-    pub fn mean_of(&self, entries: &[Entry], bias: f32) -> f32 {
-        let weights: f32 = entries.iter().map(|e| e.value * self.mean.get(e.index()).copied().unwrap_or(0.0)).sum();
-        weights + bias * self.bias_mean
+    pub fn mean_of(&self, row: &Row<'_>) -> f32 {
+        row.dot(self.mean) + row.bias * self.bias_mean
     }
 
     /// `φᵀΣψ`.
     #[inline]
     #[must_use]
-    pub fn bilinear(&self, left: &[Entry], left_bias: f32, right: &[Entry], right_bias: f32) -> f32 {
-        let mut total = left_bias * right_bias * self.bias_covariance;
-        for a in left {
-            let mut inner = right_bias * self.border_covariance.get(a.index()).copied().unwrap_or(0.0);
-            for b in right {
-                let (low, high) = if a.index < b.index { (a, b) } else { (b, a) };
-                let row = self.covariance.get(low.index());
-                inner += b.value * row.and_then(|row| row.get(high.index() - low.index())).copied().unwrap_or(0.0);
+    pub fn bilinear(&self, left: &Row<'_>, right: &Row<'_>) -> f32 {
+        let border = |weight: usize| self.border_covariance.get(weight).copied().unwrap_or(0.0);
+        let mut total = left.bias * right.bias * self.bias_covariance;
+        for (a, left_value) in left.weights() {
+            let mut inner = right.bias * border(a);
+            for (b, right_value) in right.weights() {
+                let row = self.covariance.get(a.min(b));
+                inner += right_value * row.and_then(|row| row.get(a.abs_diff(b))).copied().unwrap_or(0.0);
             }
-            total += a.value * inner;
+            total += left_value * inner;
         }
-        if left_bias != 0.0 {
-            for b in right {
-                total += left_bias * b.value * self.border_covariance.get(b.index()).copied().unwrap_or(0.0);
+        if left.bias != 0.0 {
+            for (b, right_value) in right.weights() {
+                total += left.bias * right_value * border(b);
             }
         }
         total

@@ -1,4 +1,4 @@
-use super::{Entry, Posterior};
+use super::{Posterior, Row};
 
 /// What is believed before any scan: `N(0, Λ₀⁻¹)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl Prior {
     /// `φᵀΛ₀⁻¹φ`: the variance where nothing was ever observed.
     #[inline]
     #[must_use]
-    pub fn variance(&self, values: impl IntoIterator<Item = f32>, bias_feature: f32) -> f32 {
+    pub fn variance(&self, values: &[f32], bias_feature: f32) -> f32 {
         let (mut sum, mut squares) = (0.0, 0.0);
         for value in values {
             sum += value;
@@ -45,16 +45,15 @@ impl Prior {
         })
     }
 
-    /// Half the derivative of [`variance`](Self::variance) when φ changes by `dφ`: `φᵀΛ₀⁻¹dφ`.
+    /// Half the derivative of [`variance`](Self::variance) when φ changes by `dφ`: `φᵀΛ₀⁻¹dφ`, of rows at the same weights.
     #[inline]
     #[must_use]
-    pub fn bilinear(&self, left: &[Entry], left_bias: f32, right: &[Entry], right_bias: f32) -> f32 {
-        let dot: f32 = left.iter().zip(right).map(|(a, b)| a.value * b.value).sum();
+    pub fn bilinear(&self, left: &Row<'_>, right: &Row<'_>) -> f32 {
+        let dot: f32 = left.values.iter().zip(right.values).map(|(a, b)| a * b).sum();
         let weights = dot / self.precision;
         self.bias.map_or(weights, |bias| {
-            let constant =
-                |row: &[Entry], feature: f32| bias.coupling * row.iter().map(|e| e.value).sum::<f32>() + feature;
-            weights + constant(left, left_bias) * constant(right, right_bias) / bias.precision
+            let constant = |row: &Row<'_>| bias.coupling * row.values.iter().sum::<f32>() + row.bias;
+            weights + constant(left) * constant(right) / bias.precision
         })
     }
 }

@@ -1,23 +1,6 @@
 use core::fmt;
 
-/// One non-zero of a row φ.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Entry {
-    /// Which weight.
-    pub index: u32,
-    /// Its feature.
-    pub value: f32,
-}
-
-impl Entry {
-    /// The index as one.
-    #[inline(always)]
-    #[must_use]
-    pub const fn index(&self) -> usize {
-        self.index as usize
-    }
-}
+use super::{Pattern, Row};
 
 /// What one observation adds: `Λ += c φφᵀ` and `Λ(μ − μ₋) += g φ`.
 ///
@@ -38,9 +21,12 @@ pub struct Site {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowState {
-    end: u32,
-    pub(crate) label: f32,
+    /// Which of the lent features.
+    features: u32,
+    /// The first weight.
+    first: u32,
     pub(crate) bias: f32,
+    pub(crate) label: f32,
     pub(crate) prior_mean: f32,
     pub(crate) mean: f32,
     pub(crate) variance: f32,
@@ -52,52 +38,61 @@ impl RowState {
     /// Room for a row, for a `static`; on a computer allocate it zeroed instead, which is the same value.
     pub const ZERO: Self = {
         let site = Site { curvature: 0.0, pull: 0.0, xi: 0.0 };
-        Self { end: 0, label: 0.0, bias: 0.0, prior_mean: 0.0, mean: 0.0, variance: 0.0, site, best: site }
+        Self {
+            features: 0,
+            first: 0,
+            bias: 0.0,
+            label: 0.0,
+            prior_mean: 0.0,
+            mean: 0.0,
+            variance: 0.0,
+            site,
+            best: site,
+        }
     };
 }
 
 /// A row that cannot be learned from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RowError {
     /// Two of its weights are further apart than the band: storing the row would lose their coupling.
     OutsideBand {
-        /// The lower index.
-        first: usize,
-        /// The higher index.
-        last: usize,
+        /// What the pattern spans.
+        span: usize,
         /// The band.
         band: usize,
     },
-    /// An index is not a weight's.
+    /// Its last weight does not exist.
     OutsideMatrix {
-        /// The index.
+        /// The index of the last weight.
         index: usize,
         /// The number of weights.
         supports: usize,
     },
-    /// Indices do not ascend.
-    NotAscending {
-        /// The index that is not above its predecessor.
-        index: usize,
-    },
-    /// A value is not a finite number.
+    /// A feature is not a finite number.
     NotFinite {
-        /// The index of the value.
-        index: usize,
+        /// Which feature, in the pattern's order; their number for the bias's.
+        feature: usize,
     },
-    /// The lent memory is full.
+    /// There are no features of that number.
+    NoFeatures {
+        /// The number.
+        number: usize,
+    },
+    /// The memory for rows is full.
     Full,
 }
 
 impl fmt::Display for RowError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OutsideBand { first, last, band } => {
-                write!(f, "row couples supports {first} and {last}, further apart than the band of {band} holds")
+            Self::OutsideBand { span, band } => {
+                write!(f, "a row spans {span} supports, further apart than the band of {band} holds")
             }
-            Self::OutsideMatrix { index, supports } => write!(f, "row names support {index} of only {supports}"),
-            Self::NotAscending { index } => write!(f, "row's indices do not ascend at {index}"),
-            Self::NotFinite { index } => write!(f, "row's value at {index} is not finite"),
+            Self::OutsideMatrix { index, supports } => write!(f, "a row names support {index} of only {supports}"),
+            Self::NotFinite { feature } => write!(f, "a row's feature {feature} is not finite"),
+            Self::NoFeatures { number } => write!(f, "a row names features {number}, which do not exist"),
             Self::Full => write!(f, "no room for another row"),
         }
     }
@@ -108,16 +103,18 @@ impl core::error::Error for RowError {}
 /// The rows of one scan that fall into one posterior, in memory that the caller lends.
 #[derive(Debug)]
 pub struct Rows<'m> {
-    entries: &'m mut [Entry],
+    pattern: &'m Pattern,
+    features: &'m [f32],
     states: &'m mut [RowState],
     len: usize,
 }
 
 impl<'m> Rows<'m> {
-    /// No rows yet, room for `states.len()` rows of `entries.len()` non-zeros together.
+    /// No rows yet, and room for `states.len()`. `features` holds the features of observations one after the other, each in
+    /// the pattern's order.
     #[must_use]
-    pub fn new(entries: &'m mut [Entry], states: &'m mut [RowState]) -> Self {
-        Self { entries, states, len: 0 }
+    pub fn new(pattern: &'m Pattern, features: &'m [f32], states: &'m mut [RowState]) -> Self {
+        Self { pattern, features, states, len: 0 }
     }
 
     /// Forgets every row.
@@ -131,77 +128,67 @@ impl<'m> Rows<'m> {
         self.len
     }
 
-    /// Whether there is none.
+    /// Whether there are no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Adds the row φ with its label for a posterior of shape `M`, `B`.
+    /// Adds the row of observation `number`'s features, the first of which belongs to weight `first`, with its label, for a
+    /// posterior of shape `M`, `B`.
     ///
     /// # Errors
     /// Whatever [`RowError`] names; the rows are then as before.
+    #[inline(always)]
     pub fn push<const M: usize, const B: usize>(
         &mut self,
-        entries: impl IntoIterator<Item = Entry>,
+        number: usize,
+        first: usize,
         bias: f32,
         occupied: bool,
     ) -> Result<(), RowError> {
-        let start = self.end_of(self.len);
-        let mut end = start;
-        for entry in entries {
-            if entry.index() >= M {
-                return Err(RowError::OutsideMatrix { index: entry.index(), supports: M });
-            }
-            if !entry.value.is_finite() {
-                return Err(RowError::NotFinite { index: entry.index() });
-            }
-            if end > start {
-                let (first, previous) = (self.entries[start].index(), self.entries[end - 1].index());
-                if entry.index() <= previous {
-                    return Err(RowError::NotAscending { index: entry.index() });
-                }
-                if entry.index() - first >= B {
-                    return Err(RowError::OutsideBand { first, last: entry.index(), band: B });
-                }
-            }
-            *self.entries.get_mut(end).ok_or(RowError::Full)? = entry;
-            end += 1;
+        let span = self.pattern.span();
+        if span > B {
+            return Err(RowError::OutsideBand { span, band: B });
         }
-        if !bias.is_finite() {
-            return Err(RowError::NotFinite { index: M });
+        if first >= M || span > M - first {
+            return Err(RowError::OutsideMatrix { index: first.saturating_add(span).saturating_sub(1), supports: M });
+        }
+        let values = features_of(self.pattern, self.features, number).ok_or(RowError::NoFeatures { number })?;
+        if let Some(feature) = values.iter().chain(&[bias]).position(|value| !value.is_finite()) {
+            return Err(RowError::NotFinite { feature });
         }
         let state = self.states.get_mut(self.len).ok_or(RowError::Full)?;
-        *state = RowState { end: end as u32, label: f32::from(u8::from(occupied)), bias, ..RowState::default() };
+        let label = f32::from(u8::from(occupied));
+        *state = RowState { features: number as u32, first: first as u32, bias, label, ..RowState::ZERO };
         self.len += 1;
         Ok(())
     }
 
+    /// Every row and its state.
     #[inline(always)]
-    fn end_of(&self, rows: usize) -> usize {
-        if rows == 0 { 0 } else { self.states[rows - 1].end as usize }
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Row<'_>, &RowState)> {
+        let Self { pattern, features, .. } = *self;
+        self.states[..self.len].iter().map(move |state| (row_of(pattern, features, state), state))
     }
 
-    /// Every row's entries and state.
+    /// Every row and its state, the state to be changed.
     #[inline(always)]
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[Entry], &RowState)> {
-        let mut start = 0;
-        self.states[..self.len].iter().map(move |state| {
-            let row = &self.entries[start..state.end as usize];
-            start = state.end as usize;
-            (row, state)
-        })
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = (Row<'_>, &mut RowState)> {
+        let Self { pattern, features, .. } = *self;
+        self.states[..self.len].iter_mut().map(move |state| (row_of(pattern, features, state), state))
     }
+}
 
-    /// Every row's entries and state, the state to be changed.
-    #[inline(always)]
-    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = (&[Entry], &mut RowState)> {
-        let entries: &[Entry] = self.entries;
-        let mut start = 0;
-        self.states[..self.len].iter_mut().map(move |state| {
-            let row = &entries[start..state.end as usize];
-            start = state.end as usize;
-            (row, state)
-        })
-    }
+#[inline(always)]
+fn features_of<'a>(pattern: &Pattern, features: &'a [f32], number: usize) -> Option<&'a [f32]> {
+    let start = number.checked_mul(pattern.len())?;
+    features.get(start..)?.get(..pattern.len())
+}
+
+#[inline(always)]
+fn row_of<'a>(pattern: &'a Pattern, features: &'a [f32], state: &RowState) -> Row<'a> {
+    // Checked when the row was pushed.
+    let values = features_of(pattern, features, state.features as usize).unwrap_or_default();
+    Row { pattern, first: state.first as usize, values, bias: state.bias }
 }

@@ -1,47 +1,51 @@
 //! The two products of a row with a banded matrix: `Λ += c φφᵀ` and `φᵀΣφ`.
 //!
-//! A row of a stencil is sparse in the band, but in a regular way: runs of neighbouring weights, all of the same length, one
-//! for each line of the stencil. Run by run the products are small dense blocks of fixed size, whose operands stay in
-//! registers with vectors and without. A row that is not made so is taken as runs of one.
+//! Run by run of the row's pattern the products are small dense blocks of fixed size, whose operands stay in registers with
+//! vectors and without. Runs of another length than those of stencils are taken as runs of one.
 
-use super::{Band, Entry};
+use super::{Band, Row};
 
-/// Storage whose rows begin with the upper half of a band.
+/// Storage whose rows hold the upper half of a band.
 pub(super) trait UpperRows<const B: usize> {
-    fn upper_mut(&mut self, row: usize) -> &mut [f32; B];
+    /// The entries `(row, row) … (row, row + B − 1)`.
+    fn upper(&self, row: usize) -> &[f32; B];
 }
 
 impl<const M: usize, const B: usize> UpperRows<B> for Band<M, B> {
+    #[inline(always)]
+    fn upper(&self, row: usize) -> &[f32; B] {
+        &self[row]
+    }
+}
+
+/// Storage whose rows begin with the upper half of a band, to be changed.
+pub(super) trait UpperRowsMut<const B: usize> {
+    /// The entries `(row, row) … (row, row + B − 1)`.
+    fn upper_mut(&mut self, row: usize) -> &mut [f32; B];
+}
+
+impl<const M: usize, const B: usize> UpperRowsMut<B> for Band<M, B> {
     #[inline(always)]
     fn upper_mut(&mut self, row: usize) -> &mut [f32; B] {
         &mut self[row]
     }
 }
 
-impl<const M: usize, const B: usize> UpperRows<B> for [[[f32; B]; 2]; M] {
+impl<const M: usize, const B: usize> UpperRowsMut<B> for [[[f32; B]; 2]; M] {
     #[inline(always)]
     fn upper_mut(&mut self, row: usize) -> &mut [f32; B] {
         &mut self[row][0]
     }
 }
 
-/// The length of the runs that the row consists of, if it is one of those that stencils have; else 1.
-#[inline(always)]
-fn run_length(row: &[Entry]) -> usize {
-    let neighbours = |pair: &&[Entry]| pair[1].index == pair[0].index.wrapping_add(1);
-    let run = 1 + row.windows(2).take_while(neighbours).count();
-    // Indices ascend, so that a run of which the ends are that far apart has no gap.
-    let whole = |chunk: &[Entry]| chunk[run - 1].index == chunk[0].index.wrapping_add(run as u32 - 1);
-    if row.len().is_multiple_of(run) && row.chunks_exact(run).all(whole) { run } else { 1 }
-}
-
-/// Calls the function with the run length as a constant; stencils are 4, 6 or 8 wide.
+/// Calls the function with the run length as a constant; stencils are 2, 4, 6 or 8 wide.
 macro_rules! by_run_length {
     ($row:expr, $function:ident::<_, $B:ident>($($argument:expr),*)) => {
-        match run_length($row) {
+        match $row.pattern.run() {
             4 => $function::<4, $B>($($argument),*),
             6 => $function::<6, $B>($($argument),*),
             8 => $function::<8, $B>($($argument),*),
+            2 => $function::<2, $B>($($argument),*),
             _ => $function::<1, $B>($($argument),*),
         }
     };
@@ -49,40 +53,41 @@ macro_rules! by_run_length {
 
 /// `matrix += weight · φφᵀ` on the band; φ was checked when it was pushed.
 #[inline(always)]
-pub(super) fn add_outer<const B: usize>(matrix: &mut impl UpperRows<B>, row: &[Entry], weight: f32) {
+pub(super) fn add_outer<const B: usize>(matrix: &mut impl UpperRowsMut<B>, row: &Row<'_>, weight: f32) {
     by_run_length!(row, add_blocks::<_, B>(matrix, row, weight));
 }
 
-/// `φᵀΣφ` from the upper half of Σ's band, given row by row; pairs outside the band count as zero.
+/// `φᵀΣφ` from the upper half of Σ's band; pairs outside the band count as zero.
 #[inline(always)]
-pub(super) fn quadratic_form<'s, const B: usize>(row: &[Entry], upper: impl Fn(usize) -> Option<&'s [f32; B]>) -> f32 {
-    by_run_length!(row, sum_blocks::<_, B>(row, upper))
+pub(super) fn quadratic_form<const B: usize>(row: &Row<'_>, sigma: &impl UpperRows<B>) -> f32 {
+    by_run_length!(row, sum_blocks::<_, B>(row, sigma))
 }
 
-/// A run's first weight, and its values.
+/// The first weights of the row's blocks of `N`: its runs, or single weights.
 #[inline(always)]
-fn values<const N: usize>(run: &[Entry; N]) -> (usize, [f32; N]) {
-    (run[0].index(), run.map(|entry| entry.value))
+fn starts<'a, const N: usize>(row: &Row<'a>) -> impl Iterator<Item = usize> + Clone + use<'a, N> {
+    let (first, run) = (row.first, row.pattern.run());
+    let each = if N == 1 { run } else { 1 };
+    row.pattern.starts().iter().flat_map(move |start| (0..each).map(move |offset| first + start + offset))
 }
 
 #[inline(always)]
-fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRows<B>, row: &[Entry], weight: f32) {
-    let (runs, _) = row.as_chunks::<N>();
-    for (number, run) in runs.iter().enumerate() {
-        let (first, values_here) = values(run);
-        let scaled = values_here.map(|value| weight * value);
+fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRowsMut<B>, row: &Row<'_>, weight: f32) {
+    let (runs, _) = row.values.as_chunks::<N>();
+    let mut blocks = starts::<N>(row).zip(runs);
+    while let Some((first, here)) = blocks.next() {
+        let scaled = here.map(|value| weight * value);
         for (i, scaled) in scaled.iter().enumerate() {
-            for (target, value) in matrix.upper_mut(first + i).iter_mut().zip(&values_here[i..]) {
+            for (target, value) in matrix.upper_mut(first + i).iter_mut().zip(&here[i..]) {
                 *target += scaled * value;
             }
         }
-        for later in &runs[number + 1..] {
-            let (later_first, later) = values(later);
-            let apart = later_first.wrapping_sub(first);
+        for (later_first, later) in blocks.clone() {
+            let apart = later_first - first;
             for (i, scaled) in scaled.iter().enumerate() {
-                let target = matrix.upper_mut(first + i).get_mut(apart.wrapping_sub(i)..);
+                let target = matrix.upper_mut(first + i).get_mut(apart - i..);
                 let Some(target) = target.and_then(|target| target.first_chunk_mut::<N>()) else { continue };
-                for (target, value) in target.iter_mut().zip(&later) {
+                for (target, value) in target.iter_mut().zip(later) {
                     *target += scaled * value;
                 }
             }
@@ -91,15 +96,15 @@ fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRows<B>, ro
 }
 
 #[inline(always)]
-fn sum_blocks<'s, const N: usize, const B: usize>(row: &[Entry], upper: impl Fn(usize) -> Option<&'s [f32; B]>) -> f32 {
-    let (runs, _) = row.as_chunks::<N>();
+fn sum_blocks<const N: usize, const B: usize>(row: &Row<'_>, sigma: &impl UpperRows<B>) -> f32 {
+    let (runs, _) = row.values.as_chunks::<N>();
+    let mut blocks = starts::<N>(row).zip(runs);
     // Added up block by block: where Σ is large and the variance small, long sums lose it.
     let (mut diagonal, mut pairs) = (0.0, 0.0);
-    for (number, run) in runs.iter().enumerate() {
-        let (first, here) = values(run);
+    while let Some((first, here)) = blocks.next() {
         let (mut on, mut off) = (0.0, 0.0);
         for i in 0..N {
-            let Some(sigma) = upper(first + i) else { continue };
+            let sigma = sigma.upper(first + i);
             on += here[i] * (sigma[0] * here[i]);
             for j in i + 1..N {
                 off += here[i] * (sigma[j - i] * here[j]);
@@ -107,14 +112,13 @@ fn sum_blocks<'s, const N: usize, const B: usize>(row: &[Entry], upper: impl Fn(
         }
         diagonal += on;
         pairs += off;
-        for later in &runs[number + 1..] {
-            let (later_first, later) = values(later);
-            let apart = later_first.wrapping_sub(first);
+        for (later_first, later) in blocks.clone() {
+            let apart = later_first - first;
             let mut lanes = [0.0; N];
             for (i, value) in here.iter().enumerate() {
-                let sigma = upper(first + i).and_then(|sigma| sigma.get(apart.wrapping_sub(i)..)?.first_chunk::<N>());
+                let sigma = sigma.upper(first + i).get(apart - i..).and_then(|sigma| sigma.first_chunk::<N>());
                 let Some(sigma) = sigma else { continue };
-                for ((lane, sigma), later) in lanes.iter_mut().zip(sigma).zip(&later) {
+                for ((lane, sigma), later) in lanes.iter_mut().zip(sigma).zip(later) {
                     *lane += value * (sigma * later);
                 }
             }

@@ -6,10 +6,25 @@
 //! diagonal, so that each source is one contiguous run.
 
 use super::{
-    Band, Entry, Moments, Scratch,
+    Band, Moments, Row, Scratch,
     factor::{dot, for_each_panel, subtract_sources},
-    runs::quadratic_form,
+    runs::{UpperRows, quadratic_form},
 };
+
+/// `Σ` on both sides of the diagonal, as [`Scratch::invert`] leaves it.
+struct TwoSided<'a, const M: usize, const B: usize>(&'a [[[f32; B]; 2]; M]);
+
+impl<const M: usize, const B: usize> UpperRows<B> for TwoSided<'_, M, B> {
+    #[inline(always)]
+    fn upper(&self, row: usize) -> &[f32; B] {
+        // The diagonal stands before the second half's entries.
+        const { assert!(B > 0) };
+        match self.0[row].as_flattened()[B - 1..].first_chunk() {
+            Some(upper) => upper,
+            None => unreachable!(),
+        }
+    }
+}
 
 impl<const M: usize, const B: usize> Scratch<M, B> {
     /// Position of the diagonal in a row that holds both sides.
@@ -69,16 +84,12 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
 
     /// Mean step and variance of a row under the candidate: `φᵀ(μ − μ₋)` and `φᵀΣφ`.
     #[inline(always)]
-    pub(crate) fn moments(&self, row: &[Entry], bias: f32) -> Moments {
-        let variance = quadratic_form(row, |i| self.work[i].as_flattened()[Self::DIAGONAL..].first_chunk::<B>());
-        let mut moments = Moments { mean: 0.0, variance };
-        for entry in row {
-            moments.mean += entry.value * self.step[entry.index()];
-        }
-        if bias != 0.0 {
-            let coupled: f32 = row.iter().map(|entry| entry.value * self.border[entry.index()]).sum();
-            moments.mean += bias * self.bias_step;
-            moments.variance += bias * (2.0 * coupled + bias * self.corner);
+    pub(crate) fn moments(&self, row: &Row<'_>) -> Moments {
+        let variance = quadratic_form(row, &TwoSided(&self.work));
+        let mut moments = Moments { mean: row.dot(&self.step), variance };
+        if row.bias != 0.0 {
+            moments.mean += row.bias * self.bias_step;
+            moments.variance += row.bias * (2.0 * row.dot(&self.border) + row.bias * self.corner);
         }
         moments.variance = moments.variance.max(0.0);
         moments
@@ -94,10 +105,8 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
     /// Copies the candidate's `Σ` out.
     #[inline(always)]
     pub(crate) fn copy_covariance(&self, covariance: &mut Band<M, B>, border: &mut [f32; M], bias: &mut f32) {
-        for (target, source) in covariance.iter_mut().zip(&self.work) {
-            if let Some(upper) = source.as_flattened()[Self::DIAGONAL..].first_chunk::<B>() {
-                *target = *upper;
-            }
+        for (row, target) in covariance.iter_mut().enumerate() {
+            *target = *TwoSided(&self.work).upper(row);
         }
         *border = self.border;
         *bias = self.corner;

@@ -4,6 +4,10 @@ use std::{collections::BTreeMap, vec, vec::Vec};
 
 use super::matrix::{Matrix, quadratic};
 use super::{Features, Kernel, Prediction};
+use crate::{
+    kernel::KernelSettings,
+    settings::{PriorSettings, Settings},
+};
 
 /// Overlapping tiles and how a point's answer is blended from them.
 ///
@@ -37,22 +41,25 @@ pub struct TileBlend {
 impl TileBlend {
     /// No tile yet.
     #[must_use]
-    pub fn of(settings: &crate::settings::Settings, bias_coupling: Option<f64>) -> Self {
+    pub fn of(settings: &Settings, bias_coupling: Option<f64>) -> Self {
         let spacing_m = f64::from(settings.spacing_m);
-        let shape_m2 = f64::from(settings.kernel_shape) * spacing_m * spacing_m;
+        let shape_m2 = |shape: f32| f64::from(shape) * spacing_m * spacing_m;
+        let PriorSettings::White(prior) = settings.prior;
         Self {
             origin_m: settings.origin_m.map(f64::from),
             spacing_m,
-            stencil: settings.stencil,
+            stencil: settings.tile.stencil,
             kernel: match settings.kernel {
-                crate::kernel::KernelChoice::CubicBSpline => Kernel::CubicBSpline { spacing_m },
-                crate::kernel::KernelChoice::SquaredExponential => Kernel::SquaredExponential { shape_m2 },
-                crate::kernel::KernelChoice::TwoScales => Kernel::TwoScales { shape_m2 },
+                KernelSettings::CubicBSpline(_) => Kernel::CubicBSpline { spacing_m },
+                KernelSettings::SquaredExponential(kernel) => {
+                    Kernel::SquaredExponential { shape_m2: shape_m2(kernel.shape) }
+                }
+                KernelSettings::TwoScales(kernel) => Kernel::TwoScales { shape_m2: shape_m2(kernel.shape) },
             },
-            width: settings.tile_width,
-            stride: settings.tile_stride,
-            prior_precision: f64::from(settings.prior_precision),
-            bias_precision: f64::from(settings.bias_precision),
+            width: settings.tile.width,
+            stride: settings.tile.stride,
+            prior_precision: f64::from(prior.precision),
+            bias_precision: f64::from(settings.bias.map_or(1.0, |bias| bias.precision)),
             bias_coupling,
             tiles: BTreeMap::new(),
         }

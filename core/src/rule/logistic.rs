@@ -2,7 +2,8 @@
 
 /// `σ(z) = 1/(1 + e⁻ᶻ)`.
 #[inline]
-pub(crate) fn sigmoid(z: f32) -> f32 {
+#[must_use]
+pub fn sigmoid(z: f32) -> f32 {
     let e = libm::expf(-z.abs());
     let small = e / (1.0 + e);
     if z < 0.0 { small } else { 1.0 - small }
@@ -10,20 +11,23 @@ pub(crate) fn sigmoid(z: f32) -> f32 {
 
 /// `ln σ(z)`.
 #[inline]
-pub(crate) fn ln_sigmoid(z: f32) -> f32 {
+#[must_use]
+pub fn ln_sigmoid(z: f32) -> f32 {
     z.min(0.0) - libm::log1pf(libm::expf(-z.abs()))
 }
 
 /// `λ(ξ) = (σ(ξ) − ½)/(2ξ)`, eq. (7): `tanh(ξ/2)/(4ξ)`, and its series below 0.02 where that is 0/0.
 #[inline]
-pub(crate) fn jaakkola_lambda(xi: f32) -> f32 {
+#[must_use]
+pub fn jaakkola_lambda(xi: f32) -> f32 {
     let xi = xi.abs();
     if xi < 0.02 { 0.125 - xi * xi * (1.0 / 96.0) } else { 0.25 * libm::tanhf(0.5 * xi) / xi }
 }
 
 /// `κ = 1/√(1 + πs²/8)`: how far uncertainty pulls a logit towards zero (probit approximation).
 #[inline]
-pub(crate) fn kappa(variance: f32) -> f32 {
+#[must_use]
+pub fn kappa(variance: f32) -> f32 {
     1.0 / libm::sqrtf(1.0 + core::f32::consts::FRAC_PI_8 * variance)
 }
 
@@ -38,7 +42,8 @@ const MIXTURE: [(f32, f32); 3] = [(0.566_076_4, 1.841_183_3), (0.110_642_57, 2.9
 /// a closed form whose error does not depend on the variance; Gauss–Hermite nodes miss the kink of `ln σ` by nats where
 /// the prior is wide.
 #[inline]
-pub(crate) fn expected_ln_sigmoid(mean: f32, variance: f32) -> f32 {
+#[must_use]
+pub fn expected_ln_sigmoid(mean: f32, variance: f32) -> f32 {
     let mut total = 0.0;
     for (weight, width) in MIXTURE {
         let spread = libm::sqrtf(width * width + variance);

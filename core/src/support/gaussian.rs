@@ -1,7 +1,31 @@
 use nalgebra::SMatrix;
 
-use super::{MAX_NUMBERS, Support, SupportNumbers, SupportParameters};
-use crate::{geometry::Point, kernel::Kernel};
+use super::{MAX_NUMBERS, Support, SupportNumbers};
+use crate::{
+    define::settings,
+    geometry::Point,
+    kernel::Kernel,
+    settings::{SettingsError, number},
+};
+
+settings! {
+    /// Settings of a [`GaussianSupport`] that is the same at every node.
+    GaussianSettings {
+        /// Standard deviation along every axis, in spacings.
+        size: f32 = 1.0,
+    }
+}
+
+impl GaussianSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        number::support_size(self.size)
+    }
+
+    pub(crate) fn build<const D: usize>(&self, spacing_m: f32) -> GaussianSupport<D> {
+        let deviation_m = self.size * spacing_m;
+        GaussianSupport { covariance_m2: SMatrix::from_diagonal_element(deviation_m * deviation_m) }
+    }
+}
 
 /// A support spread as `N(m, S)` around its node (eq. 13, corrected): the kernel blurred by `S`.
 ///
@@ -42,12 +66,6 @@ fn upper<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<const D: usize> Support<D> for GaussianSupport<D> {
-    /// The size is the standard deviation along every axis.
-    fn from_parameters(parameters: &SupportParameters) -> Self {
-        let deviation_m = parameters.size * parameters.spacing_m;
-        Self { covariance_m2: SMatrix::from_diagonal_element(deviation_m * deviation_m) }
-    }
-
     fn numbers(&self) -> SupportNumbers {
         let mut numbers = SupportNumbers::default();
         for (number, at) in numbers.iter_mut().zip(upper::<D>()) {

@@ -2,22 +2,23 @@
 //!
 //! A support answers with its kernel convolved over itself, so that kernels, supports and observations compose freely:
 //! [`Basis`](crate::basis::Basis) blurs the kernel by what is uncertain about the observation, and asks the support for the
-//! feature of a point or of a segment. To add one: write its file, name it in the list below.
+//! feature of a point or of a segment. To add one: write its file, with its settings, and name it in the list below.
 
 mod gaussian;
 mod point;
 mod rectangle;
 mod table;
 
-pub use gaussian::GaussianSupport;
-pub use point::PointSupport;
-pub use rectangle::RectangularSupport;
+pub use gaussian::{GaussianSettings, GaussianSupport};
+pub use point::{PointSettings, PointSupport};
+pub use rectangle::{RectangleSettings, RectangularSupport};
 pub use table::{SupportTable, Supports, TableError};
 
 use crate::{
+    define::sum_type,
     geometry::Point,
     kernel::{
-        Averaging, Kernel,
+        Kernel,
         quadrature::{LEGENDRE_12, mean},
     },
     lattice::offsets,
@@ -25,9 +26,6 @@ use crate::{
 
 /// A support's feature: its kernel, averaged over what the support covers.
 pub trait Support<const D: usize>: Sized {
-    /// The support that a configuration describes, the same at every node.
-    fn from_parameters(parameters: &SupportParameters) -> Self;
-
     /// The support as plain numbers, for files and messages; those that it does not need are 0.
     fn numbers(&self) -> SupportNumbers;
 
@@ -68,17 +66,6 @@ pub trait Support<const D: usize>: Sized {
     fn cut_off(&self, kernel: &impl Kernel<D>, reach_m: f32) -> f32;
 }
 
-/// What a support is made from, where every node has the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SupportParameters {
-    /// Distance between neighbouring supports, metres.
-    pub spacing_m: f32,
-    /// How large the area is, in spacings: what it means is the support's to say. Ignored by a point.
-    pub size: f32,
-    /// How the kernel is averaged over the area, where there is a choice.
-    pub averaging: Averaging,
-}
-
 /// Most numbers that describe a support: a symmetric 3 × 3 matrix.
 pub const MAX_NUMBERS: usize = 6;
 
@@ -86,50 +73,43 @@ pub const MAX_NUMBERS: usize = 6;
 pub type SupportNumbers = [f32; MAX_NUMBERS];
 
 macro_rules! supports {
-    ($($name:literal => $support:ident),* $(,)?) => {
-        /// The supports there are.
+    ($($name:literal => $support:ident($settings:ty)),* $(,)?) => {
+        sum_type! {
+            /// What every support of a map can be configured as, each with its settings.
+            "support" SupportSettings { $($name => $support($settings)),* }
+        }
+
+        /// A support in metres.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum AnySupport<const D: usize> {
             $(#[doc = concat!("See [`", stringify!($support), "`].")] $support($support<D>)),*
         }
 
-        /// Names of [`AnySupport`]'s variants, as a configuration spells them.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum SupportChoice {
-            $(#[doc = concat!("See [`", stringify!($support), "`].")] $support),*
-        }
-
-        impl SupportChoice {
-            /// Every support there is.
-            pub const ALL: &'static [Self] = &[$(Self::$support),*];
-
-            /// The support's name.
+        impl SupportSettings {
+            /// The support at every node of a lattice whose supports are `spacing_m` metres apart.
             #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$support => $name),* }
-            }
-
-            /// The support itself.
-            #[must_use]
-            pub fn build<const D: usize>(self, parameters: &SupportParameters) -> AnySupport<D> {
-                match self { $(Self::$support => AnySupport::$support($support::from_parameters(parameters))),* }
-            }
-
-            /// The support of which these are the numbers; `None` if there is no such support.
-            #[must_use]
-            pub fn with_numbers<const D: usize>(self, numbers: &SupportNumbers) -> Option<AnySupport<D>> {
-                match self { $(Self::$support => $support::from_numbers(numbers).map(AnySupport::$support)),* }
+            pub fn build<const D: usize>(&self, spacing_m: f32) -> AnySupport<D> {
+                match self { $(Self::$support(settings) => AnySupport::$support(settings.build(spacing_m))),* }
             }
         }
 
         impl<const D: usize> AnySupport<D> {
-            /// Which it is.
+            /// The support's name, as files and messages spell it.
             #[must_use]
-            pub const fn choice(&self) -> SupportChoice {
-                match self { $(Self::$support(_) => SupportChoice::$support),* }
+            pub const fn name(&self) -> &'static str {
+                match self { $(Self::$support(_) => $name),* }
             }
 
-            /// It as plain numbers, for files and messages.
+            /// The support of that name of which these are the [`numbers`](Self::numbers); `None` if there is no such support.
+            #[must_use]
+            pub fn with_numbers(name: &str, numbers: &SupportNumbers) -> Option<Self> {
+                match name {
+                    $($name => $support::from_numbers(numbers).map(Self::$support),)*
+                    _ => None,
+                }
+            }
+
+            /// The support as plain numbers, for files and messages.
             #[must_use]
             pub fn numbers(&self) -> SupportNumbers {
                 match self { $(Self::$support(support) => support.numbers()),* }
@@ -181,9 +161,9 @@ macro_rules! supports {
 }
 
 supports! {
-    "point" => PointSupport,
-    "gaussian" => GaussianSupport,
-    "rectangle" => RectangularSupport,
+    "point" => PointSupport(PointSettings),
+    "gaussian" => GaussianSupport(GaussianSettings),
+    "rectangle" => RectangularSupport(RectangleSettings),
 }
 
 impl<const D: usize> Default for AnySupport<D> {

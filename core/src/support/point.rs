@@ -1,15 +1,26 @@
-use super::{Support, SupportNumbers, SupportParameters};
-use crate::{geometry::Point, kernel::Kernel};
+use super::{Support, SupportNumbers};
+use crate::{define::settings, geometry::Point, kernel::Kernel, settings::SettingsError};
+
+settings! {
+    /// Settings of a [`PointSupport`]: none.
+    PointSettings {}
+}
+
+impl PointSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        Ok(())
+    }
+
+    pub(crate) fn build<const D: usize>(&self, _: f32) -> PointSupport<D> {
+        PointSupport
+    }
+}
 
 /// A support that is its centre: the kernel as it stands.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct PointSupport<const D: usize>;
 
 impl<const D: usize> Support<D> for PointSupport<D> {
-    fn from_parameters(_: &SupportParameters) -> Self {
-        Self
-    }
-
     fn numbers(&self) -> SupportNumbers {
         SupportNumbers::default()
     }

@@ -1,12 +1,35 @@
-use super::{Support, SupportNumbers, SupportParameters};
+use super::{Support, SupportNumbers};
 use crate::{
+    define::settings,
     geometry::Point,
     kernel::{
         Averaging, Kernel, MAX_SAMPLES,
         quadrature::{LEGENDRE_12, mean},
     },
     lattice::offsets,
+    settings::{SettingsError, number},
 };
+
+settings! {
+    /// Settings of a [`RectangularSupport`] that is the same at every node.
+    RectangleSettings {
+        /// Side along every axis, in spacings; a rectangle as wide as the spacing tessellates the plane.
+        size: f32 = 1.0,
+        /// Samples a side by which the kernel is averaged over the rectangle; 0 for the closed form.
+        samples: Averaging = Averaging::Exact,
+    }
+}
+
+impl RectangleSettings {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        number::support_size(self.size)?;
+        number::samples("samples of a support", self.samples)
+    }
+
+    pub(crate) fn build<const D: usize>(&self, spacing_m: f32) -> RectangularSupport<D> {
+        RectangularSupport { sides_m: Point::from_element(self.size * spacing_m), averaging: self.samples }
+    }
+}
 
 /// A support that covers a rectangle around its node, sides along the axes (eq. 14): the kernel averaged over it.
 ///
@@ -23,11 +46,7 @@ impl<const D: usize> RectangularSupport<D> {
     #[must_use]
     pub fn new(sides_m: Point<D>, averaging: Averaging) -> Option<Self> {
         let sides = sides_m.iter().all(|side| *side > 0.0 && side.is_finite());
-        let samples = match averaging {
-            Averaging::Exact => true,
-            Averaging::Samples(count) => (1..=MAX_SAMPLES).contains(&count),
-        };
-        (sides && samples).then_some(Self { sides_m, averaging })
+        (sides && averaging.is_valid()).then_some(Self { sides_m, averaging })
     }
 
     /// Its sides, metres.
@@ -54,12 +73,6 @@ impl<const D: usize> RectangularSupport<D> {
 }
 
 impl<const D: usize> Support<D> for RectangularSupport<D> {
-    /// The size is the side along every axis.
-    fn from_parameters(parameters: &SupportParameters) -> Self {
-        let SupportParameters { spacing_m, size, averaging } = *parameters;
-        Self { sides_m: Point::from_element(size * spacing_m), averaging }
-    }
-
     fn numbers(&self) -> SupportNumbers {
         let mut numbers = SupportNumbers::default();
         for (number, side) in numbers.iter_mut().zip(self.sides_m.iter()) {

@@ -1,13 +1,16 @@
 use core::fmt;
 
 use super::AnySupport;
-use crate::lattice::{MAX_NODE, Node, Window};
+use crate::{
+    lattice::{MAX_NODE, Node, Window},
+    storage::Shared,
+};
 
-/// A support of its own for each node of a window, in memory that somebody else keeps.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A support of its own for each node of a window, in memory that is lent or shared.
+#[derive(Clone, Debug, PartialEq)]
 pub struct SupportTable<'s, const D: usize> {
     window: Window<D>,
-    supports: &'s [AnySupport<D>],
+    supports: Shared<'s, [AnySupport<D>]>,
 }
 
 /// A table that cannot be used.
@@ -40,13 +43,14 @@ impl core::error::Error for TableError {}
 
 impl<'s, const D: usize> SupportTable<'s, D> {
     /// No node has a support of its own.
-    pub const EMPTY: Self = Self { window: Window { first: [0; D], width: [0; D] }, supports: &[] };
+    pub const EMPTY: Self = Self { window: Window { first: [0; D], width: [0; D] }, supports: Shared::Lent(&[]) };
 
     /// The supports of a window's nodes, in the window's order.
     ///
     /// # Errors
     /// [`TableError`] if they are not as many, or the window is further away than any point can be.
-    pub fn new(window: Window<D>, supports: &'s [AnySupport<D>]) -> Result<Self, TableError> {
+    pub fn new(window: Window<D>, supports: impl Into<Shared<'s, [AnySupport<D>]>>) -> Result<Self, TableError> {
+        let supports = supports.into();
         let near = |first: i32, width: usize| first.unsigned_abs() <= FARTHEST as u32 && width <= 2 * FARTHEST as usize;
         if !window.first.iter().zip(window.width).all(|(first, width)| near(*first, width)) {
             return Err(TableError::Window);
@@ -68,26 +72,26 @@ impl<'s, const D: usize> SupportTable<'s, D> {
 
     /// Their supports, in the window's order.
     #[must_use]
-    pub const fn supports(&self) -> &'s [AnySupport<D>] {
-        self.supports
+    pub fn supports(&self) -> &[AnySupport<D>] {
+        &self.supports
     }
 
-    /// Whether no node has one.
+    /// Whether no node has a support of its own.
     #[must_use]
-    pub const fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.supports.is_empty()
     }
 
     /// The node's own support, if it has one.
     #[inline]
     #[must_use]
-    pub fn get(&self, node: &Node<D>) -> Option<&'s AnySupport<D>> {
+    pub fn get(&self, node: &Node<D>) -> Option<&AnySupport<D>> {
         self.supports.get(self.window.index_of_whole(node, 1)?)
     }
 }
 
 /// Which support stands at which node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Supports<'s, const D: usize> {
     /// What stands where the table has nothing.
     pub everywhere: AnySupport<D>,
@@ -105,6 +109,6 @@ impl<const D: usize> Supports<'_, D> {
 
     /// Every support there is: the one that stands everywhere, then the table's.
     pub fn all(&self) -> impl Iterator<Item = &AnySupport<D>> {
-        core::iter::once(&self.everywhere).chain(self.table.supports)
+        core::iter::once(&self.everywhere).chain(self.table.supports())
     }
 }

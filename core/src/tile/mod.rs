@@ -4,8 +4,7 @@ mod query;
 mod store;
 mod tiling;
 
-pub(crate) use query::entries_of;
-pub use query::{MapView, Occupancy, OccupancyGradient, TileSource};
+pub use query::{MapView, TileSource};
 pub use store::{Archive, Claimed, DirectoryEntry, NoArchive, TileStore, TileStoreFull};
 pub use tiling::{Tiling, TilingError};
 
@@ -17,9 +16,9 @@ pub type TileIndex<const D: usize> = [i32; D];
 /// One tile. All-zero bytes are a vacant tile.
 #[repr(C)]
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tile<const M: usize, const B: usize> {
+pub struct Tile<const D: usize, const M: usize, const B: usize> {
     /// Its place in the grid of tiles.
-    pub index: TileIndex<2>,
+    pub index: TileIndex<D>,
     /// Number of updates it has learned from since the map began; 0 is a vacant tile.
     pub updates: u64,
     /// The mapper's scan count when it was last touched: what eviction and publication go by.
@@ -28,7 +27,7 @@ pub struct Tile<const M: usize, const B: usize> {
     pub posterior: Posterior<M, B>,
 }
 
-impl<const M: usize, const B: usize> Tile<M, B> {
+impl<const D: usize, const M: usize, const B: usize> Tile<D, M, B> {
     /// A free slot, for a `static`; on a computer allocate slots zeroed instead, which is the same value.
-    pub const VACANT: Self = Self { index: [0, 0], updates: 0, touched_at: 0, posterior: Posterior::ZERO };
+    pub const VACANT: Self = Self { index: [0; D], updates: 0, touched_at: 0, posterior: Posterior::ZERO };
 }

@@ -1,50 +1,55 @@
 use core::fmt;
 
 use super::{Tile, TileIndex, TileSource};
-use crate::posterior::{PosteriorView, Prior};
+use crate::{
+    map::TileRef,
+    posterior::{PosteriorView, Prior},
+    storage::Storage,
+};
 
 /// Where evicted tiles go and come back from: the owner of the store, who may have more memory than it.
-pub trait Archive<const M: usize, const B: usize> {
+pub trait Archive<const D: usize, const M: usize, const B: usize> {
     /// Takes a tile that leaves the store; `false` if it is lost.
-    fn keep(&mut self, tile: &Tile<M, B>) -> bool;
+    fn keep(&mut self, tile: &Tile<D, M, B>) -> bool;
 
     /// Writes the tile of that index, if it was kept, into `tile`.
-    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool;
+    fn bring_back(&mut self, index: &TileIndex<D>, tile: &mut Tile<D, M, B>) -> bool;
 }
 
 /// No archive: a tile that leaves the store is lost, and counted as such.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoArchive;
 
-impl<const M: usize, const B: usize> Archive<M, B> for NoArchive {
-    fn keep(&mut self, _: &Tile<M, B>) -> bool {
+impl<const D: usize, const M: usize, const B: usize> Archive<D, M, B> for NoArchive {
+    fn keep(&mut self, _: &Tile<D, M, B>) -> bool {
         false
     }
 
-    fn bring_back(&mut self, _: &TileIndex<2>, _: &mut Tile<M, B>) -> bool {
+    fn bring_back(&mut self, _: &TileIndex<D>, _: &mut Tile<D, M, B>) -> bool {
         false
     }
 }
 
 /// Where a tile's index is found.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DirectoryEntry {
-    index: TileIndex<2>,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DirectoryEntry<const D: usize> {
+    index: TileIndex<D>,
     slot: u32,
 }
 
-impl DirectoryEntry {
+impl<const D: usize> DirectoryEntry<D> {
     /// Room for an entry, for a `static`; on a computer allocate it zeroed instead, which is the same value.
-    pub const VACANT: Self = Self { index: [0, 0], slot: 0 };
+    pub const VACANT: Self = Self { index: [0; D], slot: 0 };
 }
 
-/// A fixed number of tiles in lent memory, found by index in the time of a binary search.
+/// A fixed number of tiles in memory that is owned or lent, found by index in the time of a binary search.
 #[derive(Debug)]
-pub struct TileStore<'m, const M: usize, const B: usize> {
-    tiles: &'m mut [Tile<M, B>],
+pub struct TileStore<'m, const D: usize, const M: usize, const B: usize> {
+    tiles: Storage<'m, [Tile<D, M, B>]>,
     /// Sorted by index; one entry per resident tile.
-    directory: &'m mut [DirectoryEntry],
+    directory: Storage<'m, [DirectoryEntry<D>]>,
+    slots: usize,
     resident: usize,
 }
 
@@ -78,18 +83,22 @@ impl fmt::Display for TileStoreFull {
 
 impl core::error::Error for TileStoreFull {}
 
-impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
+impl<'m, const D: usize, const M: usize, const B: usize> TileStore<'m, D, M, B> {
     /// An empty store; its capacity is the shorter of the two slices' lengths.
     #[must_use]
-    pub fn new(tiles: &'m mut [Tile<M, B>], directory: &'m mut [DirectoryEntry]) -> Self {
+    pub fn new(
+        tiles: impl Into<Storage<'m, [Tile<D, M, B>]>>,
+        directory: impl Into<Storage<'m, [DirectoryEntry<D>]>>,
+    ) -> Self {
+        let (tiles, directory) = (tiles.into(), directory.into());
         let slots = tiles.len().min(directory.len()).min(u32::MAX as usize);
-        Self { tiles: &mut tiles[..slots], directory: &mut directory[..slots], resident: 0 }
+        Self { tiles, directory, slots, resident: 0 }
     }
 
     /// Number of slots.
     #[must_use]
     pub fn slots(&self) -> usize {
-        self.tiles.len()
+        self.slots
     }
 
     /// Number of tiles in them.
@@ -99,23 +108,23 @@ impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
     }
 
     /// The resident tiles, in ascending order of index.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Tile<M, B>> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Tile<D, M, B>> {
         self.directory[..self.resident].iter().map(|entry| &self.tiles[entry.slot as usize])
     }
 
     /// The tile in a slot.
     #[inline(always)]
-    pub(crate) fn slot_mut(&mut self, slot: usize) -> &mut Tile<M, B> {
+    pub(crate) fn slot_mut(&mut self, slot: usize) -> &mut Tile<D, M, B> {
         &mut self.tiles[slot]
     }
 
-    fn find(&self, index: &TileIndex<2>) -> Result<usize, usize> {
+    fn find(&self, index: &TileIndex<D>) -> Result<usize, usize> {
         self.directory[..self.resident].binary_search_by_key(index, |entry| entry.index)
     }
 
     /// The tile of that index, if it is resident.
     #[must_use]
-    pub fn get(&self, index: &TileIndex<2>) -> Option<&Tile<M, B>> {
+    pub fn get(&self, index: &TileIndex<D>) -> Option<&Tile<D, M, B>> {
         self.find(index).ok().map(|at| &self.tiles[self.directory[at].slot as usize])
     }
 
@@ -123,7 +132,7 @@ impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
     ///
     /// # Errors
     /// [`TileStoreFull`]; nothing is evicted by this.
-    pub fn insert(&mut self, tile: &Tile<M, B>) -> Result<(), TileStoreFull> {
+    pub fn insert(&mut self, tile: &Tile<D, M, B>) -> Result<(), TileStoreFull> {
         let slot = match self.find(&tile.index) {
             Ok(at) => self.directory[at].slot as usize,
             Err(at) if self.resident < self.slots() => {
@@ -140,9 +149,9 @@ impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
     /// Finds the tile or makes room for it, evicting the least recently touched; `None` only if there is no slot at all.
     pub(crate) fn claim(
         &mut self,
-        index: &TileIndex<2>,
+        index: &TileIndex<D>,
         prior: &Prior,
-        archive: &mut impl Archive<M, B>,
+        archive: &mut impl Archive<D, M, B>,
     ) -> Option<Claimed> {
         let mut claimed = Claimed::default();
         let at = match self.find(index) {
@@ -180,14 +189,20 @@ impl<'m, const M: usize, const B: usize> TileStore<'m, M, B> {
         Some(claimed)
     }
 
-    fn enter(&mut self, at: usize, index: TileIndex<2>, slot: usize) {
+    fn enter(&mut self, at: usize, index: TileIndex<D>, slot: usize) {
         self.directory[self.resident] = DirectoryEntry { index, slot: slot as u32 };
         self.resident += 1;
         self.directory[at..self.resident].rotate_right(1);
     }
 }
 
-impl<const M: usize, const B: usize> Tile<M, B> {
+impl<const D: usize, const M: usize, const B: usize> Tile<D, M, B> {
+    /// The tile as every map shows it.
+    #[must_use]
+    pub fn as_ref(&self) -> TileRef<'_, D> {
+        TileRef::new(self.index, self.updates, self.touched_at, &self.posterior.view())
+    }
+
     /// Copies a tile field by field: assignment of the whole could pass through the stack.
     pub fn clone_from_in_place(&mut self, source: &Self) {
         self.index = source.index;
@@ -197,8 +212,12 @@ impl<const M: usize, const B: usize> Tile<M, B> {
     }
 }
 
-impl<const M: usize, const B: usize> TileSource<M, B> for TileStore<'_, M, B> {
-    fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
+impl<const D: usize, const M: usize, const B: usize> TileSource<D, M, B> for TileStore<'_, D, M, B> {
+    fn posterior(&self, index: &TileIndex<D>) -> Option<PosteriorView<'_, M, B>> {
         self.get(index).map(|tile| tile.posterior.view())
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, D>)) {
+        self.iter().for_each(|tile| visit(&tile.as_ref()));
     }
 }

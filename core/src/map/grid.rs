@@ -1,0 +1,55 @@
+use super::{Map, Occupancy};
+use crate::geometry::Point;
+
+/// Equal cells along the axes: where a map is asked for a picture or for a planner's grid.
+///
+/// Cells are counted with the first axis fastest: in the plane row by row, each from left to right, from the bottom row up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid<const D: usize> {
+    /// The corner of the first cell with the least coordinates, metres.
+    pub corner_m: Point<D>,
+    /// Side of a cell, metres.
+    pub resolution_m: f32,
+    /// Cells along each axis.
+    pub cells: [usize; D],
+}
+
+impl<const D: usize> Grid<D> {
+    /// Number of cells; `usize::MAX` if there are more than can be counted.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.cells.iter().fold(1, |product: usize, cells| product.saturating_mul(*cells))
+    }
+
+    /// Whether the grid has no cells.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The centre of the cell of that number, metres.
+    #[must_use]
+    pub fn centre_m(&self, mut number: usize) -> Point<D> {
+        let mut centre = self.corner_m;
+        for axis in 0..D {
+            let cells = self.cells[axis].max(1);
+            centre[axis] += ((number % cells) as f32 + 0.5) * self.resolution_m;
+            number /= cells;
+        }
+        centre
+    }
+}
+
+/// Cells that are asked about at once: few enough for a microcontroller's stack.
+const BATCH: usize = 32;
+
+pub(super) fn raster<const D: usize>(map: &(impl Map<D> + ?Sized), grid: &Grid<D>, answers: &mut [Occupancy]) {
+    let len = answers.len().min(grid.len());
+    for (batch, answers) in answers[..len].chunks_mut(BATCH).enumerate() {
+        let mut points = [Point::zeros(); BATCH];
+        for (offset, point) in points[..answers.len()].iter_mut().enumerate() {
+            *point = grid.centre_m(batch * BATCH + offset);
+        }
+        map.occupancies(&points[..answers.len()], answers);
+    }
+}
