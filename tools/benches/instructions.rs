@@ -15,6 +15,7 @@ use std::{
     process::{Command, ExitCode},
 };
 
+use bhm_bench::instructions::{CountError, Counted, PerTile, count_calls, plane};
 use bhm_core::{
     beam::BeamChoice,
     kernel::KernelChoice,
@@ -24,7 +25,6 @@ use bhm_core::{
     settings::Settings,
 };
 use bhm_host::{ScanRecord, dataset, map, sim};
-use bhm_tools::instructions::{CountError, Counted, PerTile, count_calls, plane};
 
 /// Most instructions that a scan of a log may cost on average, at 0.5 m and three passes; the simulated scans have twice the
 /// beams of the log that the bound is for, and are held to the model only.

@@ -6,13 +6,10 @@
 #![forbid(unsafe_code)]
 
 mod commands;
-mod drawing;
-mod known;
-mod live;
 mod logging;
 mod options;
 mod output;
-mod plates;
+mod processes;
 mod progress;
 mod reports;
 
@@ -20,11 +17,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use self::{
-    commands::Command,
-    logging::Verbosity,
-    output::{Output, Usage},
-};
+use self::{commands::Command, logging::Verbosity, output::Output};
 
 /// Bayesian Hilbert maps: continuous occupancy maps from lidar scans.
 #[derive(Debug, Parser)]
@@ -47,7 +40,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
-            ExitCode::from(if error.is::<Usage>() { 2 } else { 1 })
+            ExitCode::from(if output::is_usage(&error) { 2 } else { 1 })
         }
     }
 }

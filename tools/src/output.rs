@@ -1,6 +1,10 @@
 use std::io::{self, ErrorKind, Write};
 
+use bhm_core::settings::SettingsError;
+use bhm_plot::picture::PictureError;
 use serde::Serialize;
+
+pub(crate) use bhm_bench::text::{bytes, columns, markdown, table};
 
 /// Where results go.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +18,12 @@ pub(crate) struct Output {
 #[error("{0}")]
 pub(crate) struct Usage(pub(crate) String);
 
+/// Whether a command failed because of what was asked for: what [`Usage`] says, settings that contradict themselves, or a
+/// picture that cannot be drawn.
+pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
+    error.is::<Usage>() || error.is::<SettingsError>() || error.is::<PictureError>()
+}
+
 impl Output {
     /// Prints a command's result: one JSON object, or the text, on standard output.
     pub(crate) fn result(self, result: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
@@ -26,59 +36,5 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     match io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(()),
-    }
-}
-
-/// Lines of "name  value", the values in one column.
-pub(crate) fn table(rows: &[(&str, String)]) -> String {
-    let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-    rows.iter().map(|(name, value)| format!("{name:width$}  {value}\n")).collect()
-}
-
-/// Rows of cells, each column as wide as its widest cell and right-aligned; a row's last cell may be a remark of any length.
-pub(crate) fn columns(rows: &[Vec<String>]) -> String {
-    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let cells = |column: usize| rows.iter().filter(move |row| row.len() == count || column + 1 < row.len());
-    let width = |column: usize| cells(column).filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
-    let widths: Vec<usize> = (0..count).map(|column| width(column).unwrap_or(0)).collect();
-    let line = |row: &Vec<String>| {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-        cells.join("  ").trim_end().to_owned() + "\n"
-    };
-    rows.iter().map(line).collect()
-}
-
-/// The same as a table in Markdown, the first row as its head.
-pub(crate) fn markdown(rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace('\n', " "));
-    let Some((head, body)) = rows.split_first() else { return String::new() };
-    let rule = format!("|{}\n", "---|".repeat(head.len()));
-    let full = |row: &Vec<String>| {
-        let mut cells = row.clone();
-        cells.resize(head.len().max(row.len()), String::new());
-        line(&cells)
-    };
-    line(head) + &rule + &body.iter().map(full).collect::<String>()
-}
-
-/// A number of bytes in the unit that suits it.
-pub(crate) fn bytes(count: usize) -> String {
-    match count {
-        0..10_000 => format!("{count} B"),
-        10_000..1_000_000 => format!("{:.1} kB", count as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", count as f64 / 1e6),
-        _ => format!("{:.1} GB", count as f64 / 1e9),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_aligned_and_a_remark_widens_none() {
-        let row = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>();
-        let rows = [row(&["", "a", "long"]), row(&["best", "10", "2"]), row(&["", "a remark of some length"])];
-        assert_eq!(columns(&rows), "       a  long\nbest  10     2\n      a remark of some length\n");
     }
 }

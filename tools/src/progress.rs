@@ -1,22 +1,8 @@
-use std::{
-    borrow::Cow,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
-use bhm_tools::contest::{self, Outcome};
-use indicatif::{MultiProgress, ProgressBar, ProgressIterator, ProgressStyle};
+pub(crate) use bhm_bench::progress::over;
+use indicatif::{ProgressBar, ProgressStyle};
 use tracing::info;
-
-/// Counts items on standard error while they are taken, where that is a terminal.
-pub(crate) fn over<I: ExactSizeIterator>(
-    items: I,
-    what: impl Into<Cow<'static, str>>,
-) -> impl Iterator<Item = I::Item> {
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(items.len() as u64).with_style(style).with_message(what);
-    items.progress_with(bar.with_finish(indicatif::ProgressFinish::AndClear))
-}
 
 /// How often something is said where there is no terminal to draw a bar on.
 const LINE_EVERY: Duration = Duration::from_secs(5);
@@ -54,58 +40,5 @@ impl ScanCount {
 impl Drop for ScanCount {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-    }
-}
-
-/// Shows how a contest goes: a bar for all exams and one for each that is being taken; without a terminal, a line at the end
-/// of each.
-pub(crate) struct ContestBars {
-    bars: MultiProgress,
-    exams: ProgressBar,
-    jobs: Vec<ProgressBar>,
-}
-
-impl ContestBars {
-    /// For so many exams, of which so many are taken at once.
-    pub(crate) fn new(exams: usize, jobs: usize) -> Self {
-        let style = |template| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        let bars = MultiProgress::new();
-        let all = bars.add(ProgressBar::new(exams as u64).with_style(style("exams {wide_bar} {pos}/{len} {elapsed}")));
-        let job = |_| bars.add(ProgressBar::new(0).with_style(style("{msg} {wide_bar} {pos}/{len} scans")));
-        let jobs = (0..jobs.max(1)).map(job).collect();
-        all.tick();
-        Self { exams: all, jobs, bars }
-    }
-}
-
-impl contest::Progress for ContestBars {
-    fn begins(&self, job: usize, who: &str, scans: usize) {
-        if let Some(bar) = self.jobs.get(job) {
-            bar.reset();
-            bar.set_length(scans as u64);
-            bar.set_message(who.to_owned());
-        }
-    }
-
-    fn learned(&self, job: usize, scans: usize) {
-        if let Some(bar) = self.jobs.get(job) {
-            bar.set_position(scans as u64);
-        }
-    }
-
-    fn ends(&self, _job: usize, outcome: &Outcome) {
-        self.exams.inc(1);
-        let nll = outcome.scores.map_or("-".to_owned(), |scores| format!("{:.4}", scores.nll));
-        let Outcome { contestant, dataset, held, seed, .. } = outcome;
-        self.bars.suspend(|| {
-            info!("{contestant} on {dataset}, {held} held out, seed {seed}: {}, NLL {nll}", outcome.ending_in_words());
-        });
-    }
-}
-
-impl Drop for ContestBars {
-    fn drop(&mut self) {
-        self.jobs.iter().for_each(ProgressBar::finish_and_clear);
-        self.exams.finish_and_clear();
     }
 }

@@ -7,16 +7,16 @@ use clap::Args;
 use tracing::info;
 
 use crate::{
-    live::{Address, Meeting, Port, said::Onboarded},
     options::MapOptions,
     output::{Output, Usage, table},
+    processes::{Address, DomainOptions, Port, json_lines::Onboarded},
 };
 
 /// Join a microcontroller at the end of a serial line to shared memory, in the place of the onboard process
 #[derive(Args, Debug)]
 pub(crate) struct Bridge {
     #[command(flatten)]
-    meeting: Meeting,
+    domain: DomainOptions,
     /// Where the device is: unix:PATH (a socket), tcp:127.0.0.1:PORT, or the path of a serial device or pseudo-terminal
     #[arg(long, env = "BHM_PORT", value_name = "PORT", required_unless_present = "print_config")]
     port: Option<Address>,
@@ -46,7 +46,7 @@ impl Bridge {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective_of_firmware()? else { return Ok(()) };
         let Some(address) = &self.port else { return Ok(()) };
-        let (domain, stop) = self.meeting.enter()?;
+        let (domain, stop) = self.domain.join()?;
         let seconds = |seconds: u32| Duration::from_secs(seconds.into());
         let port = Port::open(address.clone(), self.baud, seconds(self.wait));
         let mut port = port.map_err(|error| anyhow!("cannot open {address}: {error}"))?;

@@ -3,22 +3,22 @@ use std::{
     time::{Duration, Instant},
 };
 
+use bhm_bench::{
+    evaluation::{Held, TestPoints, Timing, Training, hold_out},
+    metrics::Scores,
+};
 use bhm_core::geometry::Point;
 use bhm_host::{
     ScanRecord,
     dataset::{self, LabelledPoints, PointLog, ReadOptions, ScanLog},
     map::AnyMap,
 };
-use bhm_tools::{
-    evaluation::{Held, TestPoints, Timing, Training, hold_out},
-    metrics::Scores,
-};
 use clap::Args;
 use serde::Serialize;
 use tracing::info;
 
 use crate::{
-    options::{Effective, MapOptions},
+    options::{Effective, MapOptions, held},
     output::{Output, Usage, bytes, table},
     progress,
     reports::{self, Learned},
@@ -31,7 +31,7 @@ pub(crate) struct Evaluate {
     #[arg(required_unless_present_any = ["train", "print_config"], conflicts_with = "train")]
     log: Option<PathBuf>,
     /// What is held out as a whole
-    #[arg(long, value_enum, default_value_t = Held::Beams, conflicts_with = "train")]
+    #[arg(long, value_parser = held(), default_value_t = Held::Beams, conflicts_with = "train")]
     holdout: Held,
     /// The part that is held out, above 0 and below 1
     #[arg(long, default_value_t = 0.1, value_parser = fraction, value_name = "PART", conflicts_with = "train")]

@@ -5,12 +5,18 @@ use std::{
 };
 
 use anyhow::Context;
-use bhm_tools::{contest::Dataset, evaluation::Held};
+use bhm_bench::{
+    contest::{self, Dataset},
+    evaluation::Held,
+};
 use clap::Args;
 use flate2::{Compression, write::GzEncoder};
 use serde::Serialize;
 
-use crate::output::{Output, Usage, table};
+use crate::{
+    options::held,
+    output::{Output, Usage, table},
+};
 
 /// Write what a contest learns and asks, for systems outside of this one
 #[derive(Args, Debug)]
@@ -47,7 +53,7 @@ struct Points {
     #[arg(long, value_name = "CSV")]
     test: PathBuf,
     /// What is held out as a whole
-    #[arg(long, value_enum, default_value_t = Held::Beams)]
+    #[arg(long, value_parser = held(), default_value_t = Held::Beams)]
     holdout: Held,
     /// The part that is held out, above 0 and below 1
     #[arg(long, default_value_t = 0.1, value_parser = super::evaluate::fraction, value_name = "PART")]
@@ -75,7 +81,7 @@ impl Points {
         }
         let dataset = Dataset::parse(&self.log).map_err(|problem| Usage(problem.to_string()))?;
         let dataset = Dataset { every: self.every as usize, ..dataset };
-        let loaded = super::compare::load(&[dataset], &[self.seed])?;
+        let loaded = contest::load(&[dataset], &[self.seed])?;
         let [(_, loaded)] = &loaded[..] else { unreachable!("one dataset, one seed") };
         let exam = loaded.exam(self.holdout, self.fraction, self.seed)?;
         let learned =

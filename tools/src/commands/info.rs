@@ -5,12 +5,12 @@ use bhm_host::{
     snapshot::{self, Extras, Snapshot},
     supports::LearnedSupports,
 };
-use bhm_tools::picture::Bounds;
+use bhm_plot::knowledge::Knowledge;
+use bhm_plot::picture::Bounds;
 use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    known::Knowledge,
     options::{Effective, MapValues, PoseDeviations},
     output::{Output, bytes, table},
 };

@@ -9,16 +9,16 @@ use clap::Args;
 use tracing::info;
 
 use crate::{
-    live::{Deadline, Meeting, said::Onboarded},
     options::MapOptions,
     output::{Output, Usage, table},
+    processes::{Deadline, DomainOptions, json_lines::Onboarded},
 };
 
 /// Map the scans that arrive in shared memory and publish the posterior, until SIGINT or SIGTERM
 #[derive(Args, Debug)]
 pub(crate) struct Onboard {
     #[command(flatten)]
-    meeting: Meeting,
+    domain: DomainOptions,
     /// Map file to write at the end, tiles in the archive included
     #[arg(long, value_name = "MAP")]
     save: Option<PathBuf>,
@@ -48,7 +48,7 @@ impl Onboard {
                 "how far off poses are is the source's to say; --pose-deviation and --heading-deviation have no effect here"
             );
         }
-        let (domain, stop) = self.meeting.enter()?;
+        let (domain, stop) = self.domain.join()?;
         let until = if self.until_end { Until::SourceEnds } else { Until::Stopped };
         let onboard = OnboardOptions {
             run: Options { publish_every: self.publish_every, until, linger_ns: 0, deadline_ns: self.deadline.ns() },

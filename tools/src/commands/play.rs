@@ -4,8 +4,8 @@ use bhm_host::dataset::{self, ReadOptions};
 use clap::Args;
 
 use crate::{
-    live::{Meeting, Sending},
     output::Output,
+    processes::{DomainOptions, Sending},
     reports,
 };
 
@@ -13,7 +13,7 @@ use crate::{
 #[derive(Args, Debug)]
 pub(crate) struct Play {
     #[command(flatten)]
-    meeting: Meeting,
+    domain: DomainOptions,
     /// Scan log (CARMEN), plain or gzip
     log: PathBuf,
     /// The sensor's maximum range, metres [default: stated by the log, or found from it and printed]
@@ -25,7 +25,7 @@ pub(crate) struct Play {
 
 impl Play {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let (domain, stop) = self.meeting.enter()?;
+        let (domain, stop) = self.domain.join()?;
         let mut log = dataset::read_log(&self.log, &ReadOptions { max_range_m: self.max_range })?;
         reports::scan_log(&self.log, &log.report);
         let scans: Vec<_> = self.sending.part.of(log.scans.drain(..)).collect();

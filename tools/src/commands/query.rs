@@ -2,13 +2,11 @@ use std::path::PathBuf;
 
 use bhm_core::geometry::Point;
 use bhm_host::snapshot;
+use bhm_plot::knowledge::Knowledge;
 use clap::Args;
 use serde::Serialize;
 
-use crate::{
-    known::Knowledge,
-    output::{Output, Usage, table},
-};
+use crate::output::{Output, Usage, table};
 
 /// Ask a map about a point
 #[derive(Args, Debug)]

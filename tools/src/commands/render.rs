@@ -5,14 +5,14 @@ use bhm_host::{
     map::AnyMap,
     snapshot::{self, Snapshot},
 };
-use bhm_tools::picture::Bounds;
-use clap::Args;
+use bhm_plot::{
+    map_picture::{Drawn, MapPicture, Quantity, worth_drawing},
+    picture::Bounds,
+};
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::{
-    drawing::{self, Drawing, Drawn, What},
-    output::{Output, table},
-};
+use crate::output::{Output, table};
 
 /// Draw a map as PNG, with scale, colour bar and the robot's path
 #[derive(Args, Debug)]
@@ -39,6 +39,15 @@ pub(crate) struct Render {
     no_path: bool,
 }
 
+/// What to draw of a posterior.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum What {
+    /// The probability of occupancy
+    Probability,
+    /// The standard deviation of the log-odds: how little is known; the last colour is the unknown
+    Deviation,
+}
+
 #[derive(Serialize)]
 struct Rendered {
     png: PathBuf,
@@ -54,15 +63,18 @@ impl Render {
             None => self.observed(&*map)?,
         };
         let file_name = self.map.file_name().unwrap_or_default().to_string_lossy();
-        let drawing = Drawing {
-            what: self.what,
+        let picture = MapPicture {
+            quantity: match self.what {
+                What::Probability => Quantity::Probability,
+                What::Deviation => Quantity::Deviation,
+            },
             bounds_m,
             pixels_per_metre: self.scale,
             title: self.title.as_deref().unwrap_or(&file_name),
             path_m: if self.no_path { &[] } else { &extras.path_m },
             occupancy: |point_m: &_| map.occupancy(point_m),
         };
-        let rendered = Rendered { png: self.output.clone(), drawn: drawing.write(&self.output)? };
+        let rendered = Rendered { png: self.output.clone(), drawn: picture.write(&self.output)? };
         output.result(&rendered, || {
             let Drawn { width_px, height_px, min_m, max_m } = rendered.drawn;
             table(&[
@@ -75,7 +87,7 @@ impl Render {
 
     fn observed(&self, map: &dyn AnyMap) -> anyhow::Result<Bounds> {
         let model = map.model();
-        let worth = drawing::worth_drawing(&model, &map.tile_indices(), |point_m| map.occupancy(point_m));
+        let worth = worth_drawing(&model, &map.tile_indices(), |point_m| map.occupancy(point_m));
         worth.with_context(|| {
             format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
         })

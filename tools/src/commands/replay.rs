@@ -4,8 +4,8 @@ use anyhow::Context;
 use clap::Args;
 
 use crate::{
-    live::{Exhibition, Exhibits, Part},
     output::Output,
+    processes::{MappingRun, MappingRunOptions, Part},
 };
 
 /// Map a recorded log with three processes: a source, the onboard process, a consumer
@@ -17,19 +17,19 @@ pub(crate) struct Replay {
     #[command(flatten)]
     part: Part,
     #[command(flatten)]
-    exhibits: Exhibits,
+    options: MappingRunOptions,
 }
 
 impl Replay {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let (Some(options), Some(log)) = (self.exhibits.effective()?, &self.log) else { return Ok(()) };
+        let (Some(options), Some(log)) = (self.options.effective()?, &self.log) else { return Ok(()) };
         let path = log.to_str().with_context(|| format!("{} is not Unicode", log.display()))?;
         let mut arguments = self.part.arguments();
         arguments.extend(options.max_range_m.map(|max_range_m| format!("--max-range={max_range_m}")));
         arguments.extend(options.poses.arguments());
         arguments.extend(["--".to_owned(), path.to_owned()]);
         let title = format!("bhm replay: {}", log.file_name().unwrap_or_default().to_string_lossy());
-        let exhibition = Exhibition { title: &title, source: "play", arguments, options };
-        exhibition.hold(&self.exhibits, |_| Ok(None), output)
+        let run = MappingRun { title: &title, source: "play", arguments, options };
+        run.run(&self.options, |_| Ok(None), output)
     }
 }

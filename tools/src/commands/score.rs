@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use bhm_bench::metrics::Scores;
 use bhm_host::dataset::{self, PointLog};
-use bhm_tools::metrics::Scores;
 use clap::Args;
 
 use crate::{

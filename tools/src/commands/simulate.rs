@@ -2,15 +2,15 @@ use bhm_host::sim::{PoseNoise, Scene, Simulation};
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
-    live::{Meeting, Sending},
     output::Output,
+    processes::{DomainOptions, Sending},
 };
 
 /// Send the scans of a simulated robot into shared memory
 #[derive(Args, Debug)]
 pub(crate) struct Simulate {
     #[command(flatten)]
-    meeting: Meeting,
+    domain: DomainOptions,
     #[command(flatten)]
     simulated: Simulated,
     #[command(flatten)]
@@ -68,7 +68,7 @@ impl Simulated {
 
 impl Simulate {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let (domain, stop) = self.meeting.enter()?;
+        let (domain, stop) = self.domain.join()?;
         let scene = self.simulated.scene()?;
         let scans = self.sending.part.of(self.simulated.simulation()?);
         let recorded_s = scans.len().saturating_sub(1) as f64 * scene.trajectory().period_ns() as f64 / 1e9;

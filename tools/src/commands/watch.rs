@@ -7,16 +7,16 @@ use std::{
 
 use bhm_core::geometry::Point;
 use bhm_host::ipc::{AnyPosterior, AnyPosteriorSubscriber, IpcError, Participant, open_posterior_any};
+use bhm_plot::map_picture::{MapPicture, Quantity, worth_drawing};
 use clap::Args;
 use tracing::{info, warn};
 
 use crate::{
-    drawing::{self, Drawing, What},
-    live::{
-        Meeting,
-        said::{Seen, WatchSays, Watched},
-    },
     output::{Output, Usage},
+    processes::{
+        DomainOptions,
+        json_lines::{Seen, WatchLine, Watched},
+    },
 };
 
 /// How long a consumer sleeps before it looks again for a mapper.
@@ -26,7 +26,7 @@ const NAP: Duration = Duration::from_millis(50);
 #[derive(Args, Debug)]
 pub(crate) struct Watch {
     #[command(flatten)]
-    meeting: Meeting,
+    domain: DomainOptions,
     /// End with the posterior of a source's last scan
     #[arg(long)]
     until_end: bool,
@@ -58,7 +58,7 @@ impl Watch {
         if let Some(bad) = self.query.iter().find(|number| !number.is_finite()) {
             return Err(Usage(format!("a point at {bad} is nowhere, expected two numbers of metres")).into());
         }
-        let (domain, stop) = self.meeting.enter()?;
+        let (domain, stop) = self.domain.join()?;
         let participant = domain.join("bhm-watch")?;
         let reader = wait_for_a_mapper(&participant, &stop)?;
         let mut record = Record::default();
@@ -71,7 +71,7 @@ impl Watch {
             }
         }
         let watched = record.watched;
-        output.result(&WatchSays::Watched(watched.clone()), || text(&watched))
+        output.result(&WatchLine::Watched(watched.clone()), || text(&watched))
     }
 
     /// Reads posteriors until there is a reason to end.
@@ -91,7 +91,7 @@ impl Watch {
                 }
                 Some(Ok(posterior)) => {
                     let seen = self.look(&*posterior);
-                    output.result(&WatchSays::Posterior(seen.clone()), || self.line(&seen))?;
+                    output.result(&WatchLine::Posterior(seen.clone()), || self.line(&seen))?;
                     let ended = seen.ended;
                     record.add(seen, posterior);
                     if self.once || (self.until_end && ended) {
@@ -130,30 +130,30 @@ impl Watch {
 
     /// Draws the newest posterior from shared memory.
     fn draw(&self, record: &Record) -> anyhow::Result<()> {
-        let pictures = [(&self.picture, What::Probability), (&self.deviation, What::Deviation)];
+        let pictures = [(&self.picture, Quantity::Probability), (&self.deviation, Quantity::Deviation)];
         if pictures.iter().all(|(png, _)| png.is_none()) {
             return Ok(());
         }
         let worth = record.newest.as_deref().and_then(|posterior| {
             let ask = |point_m: &_| posterior.occupancy(point_m);
-            Some((posterior, drawing::worth_drawing(posterior.model(), &posterior.tile_indices(), ask)?))
+            Some((posterior, worth_drawing(posterior.model(), &posterior.tile_indices(), ask)?))
         });
         let Some((posterior, bounds_m)) = worth else {
             warn!("nothing was learned yet; there is nothing to draw");
             return Ok(());
         };
         let title = format!("posterior {}, {} scans", posterior.header().sequence, posterior.header().scans);
-        for (png, what) in pictures {
+        for (png, quantity) in pictures {
             let Some(png) = png else { continue };
-            let drawing = Drawing {
-                what,
+            let picture = MapPicture {
+                quantity,
                 bounds_m,
                 pixels_per_metre: None,
                 title: &title,
                 path_m: &record.path_m,
                 occupancy: |point_m: &_| posterior.occupancy(point_m),
             };
-            drawing.write(png)?;
+            picture.write(png)?;
             info!("{} drawn from shared memory", png.display());
         }
         Ok(())

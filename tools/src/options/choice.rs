@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use bhm_bench::evaluation::Held;
 use bhm_core::{
     beam::BeamChoice,
     kernel::KernelChoice,
@@ -9,7 +10,7 @@ use bhm_core::{
     rule::AnyRule,
     support::SupportChoice,
 };
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 
 /// Things with names, all of which are known.
@@ -89,6 +90,13 @@ impl<T: Registry> FromStr for Choice<T> {
 /// For the command line: lists the names in the help and in completions.
 pub(super) fn parser<T: Registry>() -> impl TypedValueParser<Value = Choice<T>> {
     PossibleValuesParser::new(T::all().map(T::name)).try_map(|name| name.parse::<Choice<T>>())
+}
+
+/// For what is held out, by its name.
+pub(crate) fn held() -> impl TypedValueParser<Value = Held> {
+    let values = Held::ALL.map(|held| PossibleValue::new(held.name()).help(held.summary()));
+    PossibleValuesParser::new(values)
+        .map(|name| Held::ALL.into_iter().find(|held| held.name() == name).unwrap_or(Held::Beams))
 }
 
 impl<T: Registry> Serialize for Choice<T> {

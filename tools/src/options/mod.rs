@@ -20,7 +20,7 @@ use bhm_host::{
 use clap::Args;
 use tracing::warn;
 
-pub(crate) use self::{number::Number, poses::PoseDeviations, values::MapValues};
+pub(crate) use self::{choice::held, number::Number, poses::PoseDeviations, values::MapValues};
 use crate::output::{self, Usage};
 
 /// What the firmware is built with.

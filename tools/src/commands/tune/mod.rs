@@ -5,11 +5,11 @@ mod where_to_look;
 use std::{fs, num::NonZeroUsize, path::Path, path::PathBuf};
 
 use anyhow::Context;
-use bhm_host::dataset::{self, ReadOptions};
-use bhm_tools::{
+use bhm_bench::{
     evaluation::{Parts, three_parts},
     search::{Found, Method, grid_len, search},
 };
+use bhm_host::dataset::{self, ReadOptions};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tracing::info;

@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use bhm_core::{geometry::Point, mapper::IntegrateReport, profile::Profile};
-use bhm_host::{ScanRecord, map};
-use bhm_tools::{
+use bhm_bench::{
     evaluation::{TestPoints, Timing},
     metrics::Scores,
     search::{Judged, Worth},
 };
+use bhm_core::{geometry::Point, mapper::IntegrateReport, profile::Profile};
+use bhm_host::{ScanRecord, map};
 use serde::Serialize;
 
 use super::By;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bhm_tools::{evaluation::Parts, search::Found};
+use bhm_bench::{evaluation::Parts, search::Found};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -75,7 +75,7 @@ pub(super) fn remark(trial: &Trial) -> String {
 
 impl Tuned<'_> {
     pub(super) fn summary(&self) -> Summary<'_> {
-        let candidate = |tried: &'_ bhm_tools::search::Tried<Trial>| {
+        let candidate = |tried: &'_ bhm_bench::search::Tried<Trial>| {
             self.numbers
                 .iter()
                 .zip(&tried.values)

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::SQRT_2, str::FromStr};
 
-use bhm_tools::search::{Axis, Values};
+use bhm_bench::search::{Axis, Values};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 

@@ -1,0 +1,19 @@
+//! How well a map predicts what it was not shown.
+//!
+//! [`hold_out`] divides a log into what a method learns from and labelled points it never saw,
+//! [`three_parts`] keeps a further part for the choice of settings. Nothing here knows a mapper, so
+//! that every method is judged on the same data.
+
+mod parts;
+mod split;
+mod task;
+mod timing;
+mod training_scan;
+mod truth;
+
+pub use parts::{Parts, three_parts};
+pub use split::{Held, Split, TestPoints, Training, hold_out};
+pub use task::Exam;
+pub use timing::Timing;
+pub use training_scan::{Lesson, Ray, Sampling};
+pub use truth::Truth;

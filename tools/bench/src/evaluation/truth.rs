@@ -1,0 +1,48 @@
+use bhm_core::{geometry::Point, settings::Model, tile::Occupancy};
+use bhm_host::sim::World;
+use bhm_plot::knowledge::Knowledge;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::metrics::{ScoreError, Scores};
+
+/// Points of a simulated world about which a map knows something, and what really stands there; what moves is not part of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    points_m: Vec<Point<2>>,
+    occupied: Vec<bool>,
+}
+
+impl Truth {
+    /// Of so many points of the world's rectangle, drawn by lot, those that a map with this model knows.
+    pub fn known_to(
+        model: &Model<'_>,
+        occupancy: impl Fn(&Point<2>) -> Occupancy,
+        world: &World,
+        points: usize,
+        seed: u64,
+    ) -> Self {
+        let knowledge = Knowledge::of(model);
+        let bounds = world.bounds();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut truth = Self { points_m: Vec::new(), occupied: Vec::new() };
+        for _ in 0..points {
+            let at = [0, 1].map(|axis| rng.random_range(bounds.min[axis]..bounds.max[axis]) as f32);
+            let point_m = Point::from(at);
+            if knowledge.is_known(&point_m, &occupancy(&point_m)) {
+                truth.points_m.push(point_m);
+                truth.occupied.push(world.is_occupied(at));
+            }
+        }
+        truth
+    }
+
+    /// How well a map, that one or another, predicts them; `None` if there are none.
+    ///
+    /// # Errors
+    /// If the map says of a point what is no number.
+    pub fn score(&self, occupancy: impl Fn(&Point<2>) -> Occupancy) -> Result<Option<Scores>, ScoreError> {
+        let logits: Vec<f32> = self.points_m.iter().map(|point_m| occupancy(point_m).logit()).collect();
+        if logits.is_empty() { Ok(None) } else { Scores::of(&logits, &self.occupied).map(Some) }
+    }
+}

@@ -1,0 +1,45 @@
+//! The sparse Gaussian process is as good as an independent implementation made it on the same points.
+#![cfg(feature = "dense")]
+
+use std::path::{Path, PathBuf};
+
+use bhm_bench::{
+    baselines::{self, Setup, Size},
+    evaluation::Exam,
+    metrics::Scores,
+};
+use bhm_core::profile::COMPACT;
+use bhm_host::dataset::{LabelledPoints, PointLog};
+
+/// Where recorded data lies; `None` if there is none, which only a person may leave at that.
+fn data() -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let data = std::env::var_os("BHM_DATA").map_or_else(beside, PathBuf::from);
+    if data.join("intel-beams-train.csv.gz").exists() {
+        return Some(data);
+    }
+    assert!(std::env::var_os("CI").is_none(), "no recorded data at {}: set BHM_DATA", data.display());
+    eprintln!("skipped: no recorded data at {}; set BHM_DATA", data.display());
+    None
+}
+
+/// A GPyTorch model of as many inducing points, trained offline, reached an AUC of .978 and a NLL of .182.
+#[test]
+fn eight_hundred_inducing_points_map_the_intel_log() {
+    let Some(data) = data() else { return };
+    let read = |part: &str| -> Vec<LabelledPoints> {
+        PointLog::read(&data.join(format!("intel-beams-{part}.csv.gz"))).unwrap().scans
+    };
+    let exam = Exam::of_points(read("train"), read("test"), COMPACT.settings.limits, |_| None);
+    let entry = baselines::all().find(|entry| entry.name == "vsdgpom").unwrap();
+    let Size::Count(size, _) = entry.size else { panic!("{:?}", entry.size) };
+    assert_eq!(size, 800.0);
+    let setup = Setup { area_m: exam.area_m().unwrap(), size, limits: exam.limits, profile: COMPACT, seed: 1 };
+    let mut baseline = (entry.open)(&setup).unwrap();
+    exam.lessons.iter().for_each(|lesson| baseline.integrate(lesson).unwrap());
+    let answers = baseline.predict(&exam.test.points_m);
+    let logits: Vec<_> = answers.iter().map(|answer| answer.logit).collect();
+    let scores = Scores::of(&logits, &exam.test.occupied).unwrap();
+    eprintln!("{}: {scores:?}", baseline.description());
+    assert!(scores.auc.unwrap() >= 0.972 && scores.nll <= 0.21, "{scores:?}");
+}

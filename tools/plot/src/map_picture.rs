@@ -1,0 +1,106 @@
+//! Pictures of a posterior, wherever it lies: in a file, in memory, in shared memory.
+
+use std::path::Path;
+
+use anyhow::Context;
+use bhm_core::{
+    geometry::Point,
+    settings::Model,
+    tile::{Occupancy, TileIndex},
+};
+use serde::Serialize;
+
+use crate::{
+    knowledge::{KNOWN_DEVIATION, Knowledge},
+    picture::{Bounds, Field, FieldPicture},
+};
+
+/// Blank space around what was observed, metres.
+const MARGIN_M: f32 = 1.0;
+
+/// What is drawn of a posterior.
+#[derive(Clone, Copy, Debug)]
+pub enum Quantity {
+    /// The probability of occupancy.
+    Probability,
+    /// The standard deviation of the log-odds: how little is known; the last colour is the unknown.
+    Deviation,
+}
+
+impl Quantity {
+    fn field(self) -> Field {
+        match self {
+            Self::Probability => Field::PROBABILITY,
+            Self::Deviation => Field::standard_deviation(KNOWN_DEVIATION),
+        }
+    }
+
+    fn value(self, occupancy: &Occupancy) -> f32 {
+        match self {
+            Self::Probability => occupancy.probability,
+            Self::Deviation => occupancy.variance.sqrt(),
+        }
+    }
+}
+
+/// A picture of a posterior that is asked by `occupancy`.
+pub struct MapPicture<'a, F> {
+    /// What is drawn.
+    pub quantity: Quantity,
+    /// The part of the plane.
+    pub bounds_m: Bounds,
+    /// The scale; `None` for 1200 pixels along the longest side.
+    pub pixels_per_metre: Option<f32>,
+    /// The heading.
+    pub title: &'a str,
+    /// Where the robot was.
+    pub path_m: &'a [[f32; 2]],
+    /// What the posterior says about a point.
+    pub occupancy: F,
+}
+
+/// What was drawn.
+#[derive(Serialize)]
+pub struct Drawn {
+    /// Of the map alone.
+    pub width_px: u32,
+    /// Of the map alone.
+    pub height_px: u32,
+    /// Lower left corner.
+    pub min_m: [f32; 2],
+    /// Upper right corner.
+    pub max_m: [f32; 2],
+}
+
+impl<F: Fn(&Point<2>) -> Occupancy> MapPicture<'_, F> {
+    /// Writes it as PNG.
+    ///
+    /// # Errors
+    /// [`PictureError`](crate::picture::PictureError) for what cannot be drawn; if the file cannot be written.
+    pub fn write(&self, png: &Path) -> anyhow::Result<Drawn> {
+        let picture = FieldPicture {
+            bounds_m: self.bounds_m,
+            pixels_per_metre: self.pixels_per_metre,
+            title: self.title,
+            field: self.quantity.field(),
+            overlays: &[],
+            path_m: self.path_m,
+        };
+        let canvas = picture.render(|x, y| self.quantity.value(&(self.occupancy)(&Point::<2>::new(x, y))))?;
+        canvas.write_png(png).with_context(|| format!("cannot write {}", png.display()))?;
+        let size = canvas.map_area().size;
+        let Bounds { min, max } = self.bounds_m;
+        Ok(Drawn { width_px: size.width, height_px: size.height, min_m: min, max_m: max })
+    }
+}
+
+/// What was observed in these tiles with a margin around it, in whole metres; `None` if nothing was.
+#[must_use]
+pub fn worth_drawing(
+    model: &Model<'_>,
+    tiles: &[TileIndex<2>],
+    occupancy: impl Fn(&Point<2>) -> Occupancy,
+) -> Option<Bounds> {
+    let Bounds { min, max } = Knowledge::of(model).observed(tiles, occupancy)?;
+    Some(Bounds { min: min.map(|m| (m - MARGIN_M).floor()), max: max.map(|m| (m + MARGIN_M).ceil()) })
+}
