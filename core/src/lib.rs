@@ -23,7 +23,6 @@ pub mod reference;
 pub mod relevance;
 pub mod rule;
 pub mod scan;
-pub mod scattered;
 pub mod settings;
 pub mod support;
 pub mod tile;

@@ -38,7 +38,9 @@ impl Occupancy {
     /// The answer where the lattice ends: nothing is known at all.
     pub const UNKNOWN: Self = Self { probability: 0.5, mean: 0.0, variance: f32::INFINITY };
 
-    pub(crate) fn from_moments(mean: f32, variance: f32) -> Self {
+    /// From the mean and the variance of the log-odds.
+    #[must_use]
+    pub fn from_moments(mean: f32, variance: f32) -> Self {
         Self { probability: sigmoid(kappa(variance) * mean), mean, variance }
     }
 

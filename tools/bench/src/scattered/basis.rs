@@ -1,40 +1,38 @@
-use heapless::Vec;
-use nalgebra::SMatrix;
-
-use crate::{
+use bhm_core::{
     geometry::{Place, Point},
-    kernel::{AnyKernel, Averaging, Kernel, quadrature::sampled},
+    kernel::{AnyKernel, Averaging, Kernel, sampled},
     posterior::Entry,
     support::AnySupport,
 };
+use nalgebra::Matrix2;
 
 /// A support and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScatteredSupport<const D: usize> {
+pub struct ScatteredSupport {
     /// Its centre, metres.
-    pub centre_m: Point<D>,
+    pub centre_m: Point<2>,
     /// What it covers around its centre.
-    pub support: AnySupport<D>,
+    pub support: AnySupport<2>,
 }
 
 /// Supports and their kernel: what turns a place into a dense row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScatteredBasis<'s, const D: usize> {
-    /// How far each reaches.
-    pub kernel: AnyKernel<D>,
-    /// Where each is, in the order in which weights are counted.
-    pub supports: &'s [ScatteredSupport<D>],
+pub struct ScatteredBasis<'s> {
+    /// Correlation between a point and a support's centre.
+    pub kernel: AnyKernel<2>,
+    /// Where each support is, in the order in which weights are counted.
+    pub supports: &'s [ScatteredSupport],
     /// How features are averaged along a segment.
     pub segments: Averaging,
 }
 
-impl<const D: usize> ScatteredBasis<'_, D> {
-    /// φ of a place, the features that are not zero; supports beyond the `M`-th are not asked.
+impl ScatteredBasis<'_> {
+    /// φ of a place, the features that are not zero.
     #[must_use]
-    pub fn row<const M: usize>(&self, place: &Place<D>, spread_m2: Option<&SMatrix<f32, D, D>>) -> Vec<Entry, M> {
+    pub fn row(&self, place: &Place<2>, spread_m2: Option<&Matrix2<f32>>) -> Vec<Entry> {
         let kernel = spread_m2.map_or(self.kernel, |spread_m2| self.kernel.blurred(spread_m2));
         let middle_m = place.middle_m();
-        self.entries(|ScatteredSupport { centre_m, support }| {
+        let feature = |ScatteredSupport { centre_m, support }: &ScatteredSupport| {
             let displacement = middle_m - centre_m;
             match place {
                 Place::Point(_) => support.feature(&kernel, &displacement),
@@ -48,19 +46,8 @@ impl<const D: usize> ScatteredBasis<'_, D> {
                     }
                 }
             }
-        })
-    }
-
-    /// ∂φ/∂xᵢ of a point, per metre, as a row.
-    #[must_use]
-    pub fn slope_row<const M: usize>(&self, point_m: &Point<D>, axis: usize) -> Vec<Entry, M> {
-        self.entries(|ScatteredSupport { centre_m, support }| {
-            support.feature_gradient(&self.kernel, &(point_m - centre_m))[axis]
-        })
-    }
-
-    fn entries<const M: usize>(&self, value: impl Fn(&ScatteredSupport<D>) -> f32) -> Vec<Entry, M> {
-        let values = self.supports.iter().take(M).map(value).zip(0..);
+        };
+        let values = self.supports.iter().map(feature).zip(0..);
         values.filter(|(value, _)| *value != 0.0).map(|(value, index)| Entry { index, value }).collect()
     }
 }
