@@ -81,7 +81,7 @@ pub const MAX_SAMPLES: u32 = 64;
 
 /// The mean of `f` over `count` equally spaced points of `[−½, ½]`, each in the middle of its share.
 #[inline]
-pub(crate) fn sampled(count: u32, mut f: impl FnMut(f32) -> f32) -> f32 {
+pub fn sampled(count: u32, mut f: impl FnMut(f32) -> f32) -> f32 {
     let count = count.clamp(1, MAX_SAMPLES);
     (0..count).map(|i| f((i as f32 + 0.5) / count as f32 - 0.5)).sum::<f32>() / count as f32
 }

@@ -9,7 +9,6 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::DatasetError;
 use super::damage::{DamageLog, DamageReason};
-use crate::supports::SCATTERED_MAGIC;
 
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
@@ -39,10 +38,6 @@ pub(super) fn plain_or_gzip<'a>(mut reader: impl BufRead + 'a) -> io::Result<Box
 pub(crate) fn describe(head: &[u8]) -> String {
     if head.is_empty() {
         return "an empty file".to_owned();
-    }
-    // Of the files that this program writes, the one that few of its commands read.
-    if head.starts_with(&SCATTERED_MAGIC) {
-        return "a list of scattered supports, which `bhm experiment placement` alone reads".to_owned();
     }
     let first_line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let text = String::from_utf8_lossy(first_line);

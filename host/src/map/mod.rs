@@ -6,13 +6,10 @@ mod archive;
 mod capacity;
 mod digest;
 mod owned;
-mod scattered;
 
 pub use any::{AnyMap, UnknownShape, open, open_with, shape};
 pub use archive::TileArchive;
 pub(crate) use capacity::check as check_capacities;
 pub use capacity::{CapacityError, MAX_TILE_BYTES};
 pub use digest::{PosteriorDigest, posterior_digest};
-pub(crate) use owned::zeroed_box;
-pub use owned::{Everywhere, OwnedMapper};
-pub use scattered::{MAX_SCATTERED, OwnedScattered, ScatteredMap, open_scattered};
+pub use owned::{Everywhere, OwnedMapper, zeroed_box};

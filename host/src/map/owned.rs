@@ -28,8 +28,10 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for Posterior<M, B> {}
 // SAFETY: scratch is floats and arrays of floats.
 unsafe impl<const M: usize, const B: usize> PlainNumbers for Scratch<M, B> {}
 
+/// Zeroed memory of a tile, a posterior or scratch: nothing large crosses the stack.
 #[expect(private_bounds, reason = "the trait is this module's own list of types that may be zeroed")]
-pub(crate) fn zeroed_box<T: PlainNumbers>() -> Box<T> {
+#[must_use]
+pub fn zeroed_box<T: PlainNumbers>() -> Box<T> {
     // SAFETY: the bytes are zero, which `PlainNumbers` says is a value of T.
     unsafe { Box::<T>::new_zeroed().assume_init() }
 }

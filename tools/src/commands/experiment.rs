@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use bhm_bench::{
     experiments::{self, Exam, granularity, shapes},
     reading,
+    scattered::{Clusters, MAX_SCATTERED},
 };
 use bhm_core::{profile::OUTDOOR, settings::Settings};
 use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions, ScanLog},
-    map::MAX_SCATTERED,
     sim::Scene,
-    supports::load_scattered,
 };
 use bhm_plot::folder;
 use clap::{Args, builder::PossibleValuesParser};
@@ -187,7 +186,7 @@ impl Placement {
         if let Some(count) = self.counts.iter().find(|count| !(1..=MAX_SCATTERED).contains(*count)) {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
-        let given = self.list.as_deref().map(load_scattered).transpose()?;
+        let given = self.list.as_deref().map(Clusters::load).transpose()?;
         let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
         let Self { counts, shapes, hit_weights, .. } = self;
         let experiment = experiments::placement::Placement {

@@ -69,12 +69,12 @@ fn knowing_that_poses_are_uncertain_widens_what_is_learned() {
 fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
     let bench = Bench::new();
     bench.write("room.log", room());
-    let learned = bench.json("learn supports room.log --cluster 20 -o list.sct --profile compact");
+    let learned = bench.json("learn supports room.log --cluster 20 -o list.json --profile compact");
     assert_eq!(learned["supports"], 20);
-    assert_eq!(number(&learned, "bytes") as usize, bench.read("list.sct").len());
+    assert_eq!(number(&learned, "bytes") as usize, bench.read("list.json").len());
 
     let common = "experiment placement room.log --profile compact --every 5 --shapes 1";
-    let given = bench.json(&format!("{common} --list list.sct"));
+    let given = bench.json(&format!("{common} --list list.json"));
     let names: Vec<_> = given.as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["lattice over the box", "lattice over data", "list, centres", "list, Gaussians"]);
     let looked_for = bench.json(&format!("{common} --counts 20,40 --hit-weights 1"));
@@ -82,12 +82,12 @@ fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
         assert!(number(one, "supports") <= 40.0 && number(one, "auc") > 0.5, "{one}");
     }
 
-    let wrong = "found a list of scattered supports, which `bhm experiment placement` alone reads";
-    for command in ["evaluate list.sct", "info list.sct", "build list.sct -o map.bhm"] {
-        bench.bhm(command).fails(1, &["list.sct", wrong]);
+    let wrong = "text beginning with `{\"source\":\"20 clusters of room.log";
+    for command in ["evaluate list.json", "info list.json", "build list.json -o map.bhm"] {
+        bench.bhm(command).fails(1, &["list.json", wrong]);
     }
     let no_list = bench.bhm(&format!("{common} --list room.log"));
-    no_list.fails(1, &["room.log: expected a list of scattered supports, found text beginning with `FLASER"]);
+    no_list.fails(1, &["room.log: expected a list of scattered supports: expected value at line 1"]);
     bench.bhm(&format!("{common} --counts 513")).fails(2, &["--counts: 513 supports, expected 1 to 512"]);
     bench.bhm("learn supports room.log --cluster 0 -o x").fails(1, &["0 clusters, expected 1 to 4096"]);
 }

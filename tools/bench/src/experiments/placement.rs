@@ -2,21 +2,23 @@
 
 use std::collections::BTreeSet;
 
+use anyhow::Context;
 use bhm_core::{
     geometry::Point,
     kernel::KernelChoice,
-    scattered::ScatteredSupport,
     settings::Settings,
     support::{AnySupport, SupportTable},
 };
-use bhm_host::{
-    map::open_scattered,
-    supports::{ClusterOptions, Clusters, learn_clusters, observe},
-};
+use bhm_host::supports::observe;
 use serde::Serialize;
 
 use super::trial::Exam;
-use crate::{metrics::Scores, progress, text};
+use crate::{
+    metrics::Scores,
+    progress,
+    scattered::{Cluster, ClusterOptions, Clusters, ScatteredSupport, learn_clusters, open_scattered},
+    text,
+};
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
 #[derive(Clone, Debug)]
@@ -49,9 +51,6 @@ struct Contestant {
     scores: Scores,
     rows: u64,
 }
-
-/// Room for the observations of a scan of 2048 beams as the default rule reads them indoors.
-const OBSERVATIONS: usize = 1 << 14;
 
 impl Placement {
     /// Learns and asks each of them.
@@ -99,10 +98,10 @@ impl Placement {
     }
 }
 
-fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSupport<2>>); 2] {
+fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSupport>); 2] {
     let clusters = &clusters.clusters;
     [
-        (format!("{name}, centres"), clusters.iter().map(bhm_host::supports::Cluster::point).collect()),
+        (format!("{name}, centres"), clusters.iter().map(Cluster::point).collect()),
         (
             format!("{name}, Gaussians"),
             clusters.iter().map(|cluster| cluster.gaussian().unwrap_or_else(|| cluster.point())).collect(),
@@ -110,23 +109,13 @@ fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSuppor
     ]
 }
 
-fn learned(
-    exam: &Exam,
-    name: &str,
-    settings: Settings,
-    supports: &[ScatteredSupport<2>],
-) -> anyhow::Result<Contestant> {
+fn learned(exam: &Exam, name: &str, settings: Settings, supports: &[ScatteredSupport]) -> anyhow::Result<Contestant> {
     let kernel_shape_m2 = settings.kernel_shape * settings.spacing_m * settings.spacing_m;
     let title = format!("{}: g {kernel_shape_m2:.3} m2, {name}", supports.len());
-    let mut map = open_scattered(settings, supports.to_vec(), OBSERVATIONS)?;
+    let mut map = open_scattered(settings, supports.to_vec())?;
     let mut rows = 0;
     for scan in progress::over(exam.scans.iter(), title.clone()) {
-        if let Ok(report) = map.integrate(&scan.as_scan()) {
-            let lost =
-                report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.beams.over_capacity;
-            anyhow::ensure!(lost == 0, "{title}: a scan was learned in part only: {report:?}");
-            rows += u64::from(report.rows);
-        }
+        rows += map.integrate(scan).with_context(|| title.clone())? as u64;
     }
     let logits: Vec<f32> =
         exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
@@ -155,7 +144,7 @@ impl Data {
     }
 
     /// The finest square lattice of at most `count` supports over the whole box.
-    fn whole_box(&self, count: usize) -> Vec<ScatteredSupport<2>> {
+    fn whole_box(&self, count: usize) -> Vec<ScatteredSupport> {
         let size_m = self.high_m - self.low_m;
         let cells = |pitch_m: f32| [0, 1].map(|axis| (size_m[axis] / pitch_m).ceil().max(1.0) as i32);
         let pitch_m = self.finest(|pitch_m| cells(pitch_m).iter().map(|n| *n as usize).product::<usize>() <= count);
@@ -168,7 +157,7 @@ impl Data {
     }
 
     /// The finest square lattice of which at most `count` cells hold data, and a support in the middle of each of them.
-    fn observed_cells(&self, count: usize) -> (f32, Vec<ScatteredSupport<2>>) {
+    fn observed_cells(&self, count: usize) -> (f32, Vec<ScatteredSupport>) {
         let cells = |pitch_m: f32| -> BTreeSet<[i32; 2]> {
             let cell = |at: &Point<2>| [0, 1].map(|axis| ((at[axis] - self.low_m[axis]) / pitch_m).floor() as i32);
             self.points_m.iter().map(cell).collect()
@@ -193,7 +182,7 @@ impl Data {
     }
 }
 
-fn at(corner_m: &Point<2>, cell: [i32; 2], pitch_m: f32) -> ScatteredSupport<2> {
+fn at(corner_m: &Point<2>, cell: [i32; 2], pitch_m: f32) -> ScatteredSupport {
     let centre_m = Point::from_fn(|axis, _| corner_m[axis] + (cell[axis] as f32 + 0.5) * pitch_m);
     ScatteredSupport { centre_m, support: AnySupport::default() }
 }

@@ -1,10 +1,11 @@
 use std::path::{Path, PathBuf};
 
+use bhm_bench::scattered::{Cluster, ClusterOptions, Clusters, learn_clusters};
 use bhm_core::{kernel::KernelChoice, relevance::RelevanceSettings, settings::Settings};
 use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions},
-    supports::{self, ClusterOptions, RelevanceOptions, learn_relevance},
+    supports::{self, RelevanceOptions, learn_relevance},
 };
 use clap::Args;
 use serde::Serialize;
@@ -128,17 +129,15 @@ impl Supports {
     ) -> anyhow::Result<()> {
         let options =
             ClusterOptions { clusters, hit_weight: self.hit_weight, seed: self.seed, ..ClusterOptions::DEFAULT };
-        let clusters = supports::learn_clusters(|| scans, settings, &options)?;
+        let clusters = learn_clusters(|| scans, settings, &options)?;
         let log = self.log.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-        let found = supports::Clusters { source: format!("{} clusters of {log}", clusters.len()), clusters };
-        supports::save_scattered(file, &found)?;
+        let found = Clusters { source: format!("{} clusters of {log}", clusters.len()), clusters };
         let weight: f64 = found.clusters.iter().map(|cluster| cluster.weight).sum();
-        let spread = |cluster: &supports::Cluster| {
-            cluster.weight * 0.5 * f64::from(cluster.covariance_m2[0] + cluster.covariance_m2[2])
-        };
+        let spread =
+            |cluster: &Cluster| cluster.weight * 0.5 * f64::from(cluster.covariance_m2[0] + cluster.covariance_m2[2]);
         let report = ClusterReport {
             output: file.to_owned(),
-            bytes: supports::encode_scattered(&found).len(),
+            bytes: found.save(file)?,
             supports: found.clusters.len(),
             weight,
             mean_deviation_m: (found.clusters.iter().map(spread).sum::<f64>() / weight).sqrt(),

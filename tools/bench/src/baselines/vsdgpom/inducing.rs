@@ -1,7 +1,8 @@
 use std::collections::BTreeSet;
 
 use bhm_core::geometry::Point;
-use bhm_host::supports::{Observation, k_means};
+
+use crate::scattered::{Observation, k_means};
 
 /// Passes of k-means.
 const PASSES: u32 = 5;

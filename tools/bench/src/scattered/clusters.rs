@@ -9,11 +9,11 @@ use bhm_core::{
     settings::{Settings, SettingsError},
     support::SupportTable,
 };
+use bhm_host::{ScanRecord, supports::observe};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Cluster, observe};
-use crate::ScanRecord;
+use super::Cluster;
 
 /// Most clusters that are looked for: each observation asks every one of them.
 pub const MAX_CLUSTERS: usize = 4_096;
@@ -35,7 +35,7 @@ pub struct ClusterOptions {
 }
 
 impl ClusterOptions {
-    /// The hit weight is that of [`RelevanceOptions`](super::RelevanceOptions); after ten passes centres move little.
+    /// The hit weight is that of [`RelevanceOptions`](bhm_host::supports::RelevanceOptions); after ten passes centres move little.
     pub const DEFAULT: Self = Self { clusters: 256, passes: 10, hit_weight: 15.0, seed: 1 };
 }
 

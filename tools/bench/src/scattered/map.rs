@@ -1,0 +1,168 @@
+use bhm_core::{
+    em,
+    geometry::{Place, Point},
+    posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowError, RowState, Rows, Scratch},
+    settings::{Model, Settings, SettingsError},
+    tile::Occupancy,
+};
+use bhm_host::{ScanRecord, map::zeroed_box, supports::observe};
+
+use super::{ScatteredBasis, ScatteredSupport};
+
+/// Most supports that a map is compiled for.
+pub const MAX_SCATTERED: usize = 512;
+
+/// A map with supports anywhere, for programs that learn their number at run time.
+pub trait ScatteredMap: Send {
+    /// How many supports it has.
+    fn supports(&self) -> usize;
+
+    /// Learns a scan; says how many rows it was.
+    ///
+    /// # Errors
+    /// If not all of it can be learned.
+    fn integrate(&mut self, scan: &ScanRecord) -> Result<usize, ScatteredError>;
+
+    /// What the map says about a point; [`Occupancy::UNKNOWN`] if it is not finite.
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
+}
+
+/// Why there is no such map, or why it did not learn.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ScatteredError {
+    /// Settings that contradict themselves.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Too many, or none.
+    #[error("{supports} supports, expected 1 to {most}")]
+    Supports {
+        /// How many.
+        supports: usize,
+        /// How many the map is compiled for.
+        most: usize,
+    },
+    /// An observation that is no row.
+    #[error(transparent)]
+    Row(#[from] RowError),
+    /// The update failed, and changed nothing.
+    #[error(transparent)]
+    Update(#[from] NotPositiveDefinite),
+}
+
+/// A map of at most `M` supports anywhere. Of the settings, those of lattice, tiles, bias, forgetting and capacities are not
+/// read.
+#[derive(Debug)]
+pub struct DenseMap<const M: usize> {
+    settings: Settings,
+    model: Model<'static>,
+    supports: Vec<ScatteredSupport>,
+    posterior: Box<Posterior<M, M>>,
+    scratch: Box<Scratch<M, M>>,
+    entries: Vec<Entry>,
+    states: Vec<RowState>,
+}
+
+impl<const M: usize> DenseMap<M> {
+    /// An empty map.
+    ///
+    /// # Errors
+    /// Settings that contradict themselves, no support or more than `M`.
+    pub fn new(settings: Settings, supports: Vec<ScatteredSupport>) -> Result<Self, ScatteredError> {
+        let model = settings.model()?;
+        if !(1..=M).contains(&supports.len()) {
+            return Err(ScatteredError::Supports { supports: supports.len(), most: M });
+        }
+        let (mut posterior, scratch) = (zeroed_box::<Posterior<M, M>>(), zeroed_box());
+        posterior.reset(&Prior { precision: settings.prior_precision, bias: None });
+        Ok(Self { settings, model, supports, posterior, scratch, entries: Vec::new(), states: Vec::new() })
+    }
+
+    /// How places become features.
+    #[must_use]
+    pub fn basis(&self) -> ScatteredBasis<'_> {
+        let segments = self.settings.segment_averaging;
+        ScatteredBasis { kernel: self.model.basis.kernel, supports: &self.supports, segments }
+    }
+
+    /// What is believed of the weights now.
+    #[must_use]
+    pub fn posterior(&self) -> &Posterior<M, M> {
+        &self.posterior
+    }
+}
+
+impl<const M: usize> ScatteredMap for DenseMap<M> {
+    fn supports(&self) -> usize {
+        self.supports.len()
+    }
+
+    fn integrate(&mut self, scan: &ScanRecord) -> Result<usize, ScatteredError> {
+        let (mut places, sensor_m) = (Vec::new(), scan.map_from_sensor.position());
+        observe(scan, &self.settings, &self.model.beam, |place| places.push(*place));
+        self.entries.resize(places.len() * self.supports.len(), Entry::default());
+        self.states.resize(places.len(), RowState::default());
+        let (mut entries, mut states) = (std::mem::take(&mut self.entries), std::mem::take(&mut self.states));
+        let mut rows = Rows::new(&mut entries, &mut states);
+        for place in &places {
+            let spread_m2 = scan.pose_covariance.map(|covariance| covariance.at(&(place.place.middle_m() - sensor_m)));
+            // A stencil has no room for any uncertainty; here nothing is cut off.
+            rows.push::<M, M>(self.basis().row(&place.place, spread_m2.as_ref()), 0.0, place.occupied)?;
+        }
+        em::update(&mut self.posterior, &mut rows, &self.settings.rule, self.settings.passes, &mut self.scratch)?;
+        (self.entries, self.states) = (entries, states);
+        Ok(places.len())
+    }
+
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
+        if !point_m.iter().all(|x| x.is_finite()) {
+            return Occupancy::UNKNOWN;
+        }
+        let row = self.basis().row(&Place::Point(*point_m), None);
+        let moments = self.posterior.view().moments(&row, 0.0);
+        Occupancy::from_moments(moments.mean, moments.variance)
+    }
+}
+
+/// An empty map with these supports, of the smallest compiled capacity that holds them.
+///
+/// # Errors
+/// As [`DenseMap::new`]; more than [`MAX_SCATTERED`] supports.
+pub fn open_scattered(
+    settings: Settings,
+    supports: Vec<ScatteredSupport>,
+) -> Result<Box<dyn ScatteredMap>, ScatteredError> {
+    if supports.len() <= 256 {
+        Ok(Box::new(DenseMap::<256>::new(settings, supports)?))
+    } else {
+        Ok(Box::new(DenseMap::<MAX_SCATTERED>::new(settings, supports)?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bhm_core::{kernel::KernelChoice, profile::COMPACT, support::AnySupport};
+    use bhm_host::sim::Scene;
+
+    #[test]
+    fn a_capacity_does_not_change_what_is_learned() {
+        let settings = Settings { spacing_m: 2.0, ..COMPACT.settings }.with_kernel(KernelChoice::SquaredExponential);
+        let supports: Vec<_> = (0..200)
+            .map(|i| [(i % 20) as f32 - 10.0, (i / 20) as f32 * 2.0 - 10.0])
+            .map(|centre_m| ScatteredSupport { centre_m: centre_m.into(), support: AnySupport::default() })
+            .collect();
+        let scan = Scene::named("building").unwrap().simulate(1).next().unwrap();
+        let mut small = open_scattered(settings, supports.clone()).unwrap();
+        let mut large = DenseMap::<MAX_SCATTERED>::new(settings, supports.clone()).unwrap();
+        assert!(small.integrate(&scan).unwrap() > 300);
+        large.integrate(&scan).unwrap();
+        for i in 0..100 {
+            let at = Point::from([(i % 10) as f32 - 5.0, (i / 10) as f32 - 5.0]);
+            let (a, b) = (small.occupancy(&at), large.occupancy(&at));
+            assert!((a.probability - b.probability).abs() < 1e-3, "{a:?} {b:?}");
+        }
+        let many = vec![supports[0]; MAX_SCATTERED + 1];
+        assert!(open_scattered(settings, many).is_err());
+        assert!(open_scattered(settings, Vec::new()).is_err());
+    }
+}
