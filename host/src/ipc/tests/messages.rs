@@ -9,13 +9,12 @@ use proptest::prelude::*;
 
 use super::supports::supports;
 use super::*;
-use crate::ipc::wire::{self, PlainNumbers};
+use crate::ipc::wire::PlainNumbers;
 use crate::supports::test_supports;
 
 /// A message on the heap, zeroed: too large for the stack.
 fn zeroed<T: PlainNumbers>() -> Box<T> {
-    let mut message = Box::<T>::new_zeroed();
-    wire::in_place(&mut message);
+    let message = Box::<T>::new_zeroed();
     // SAFETY: zeros are a value of a message that is plain numbers.
     unsafe { message.assume_init() }
 }
