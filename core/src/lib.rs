@@ -25,5 +25,6 @@ pub mod rule;
 pub mod scan;
 pub mod scattered;
 pub mod settings;
+pub mod shape;
 pub mod support;
 pub mod tile;

@@ -1,6 +1,9 @@
 use std::cmp::Reverse;
 
-use bhm_core::profile::Profile;
+use bhm_core::{
+    profile::Profile,
+    shape::{self, ShapeVisitor},
+};
 
 use super::{Extras, FILE_KIND, Snapshot, SnapshotError, header::Header, record};
 use crate::{
@@ -44,17 +47,20 @@ fn build(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
             expected: "that of the records that follow",
         });
     }
-    macro_rules! build_shape {
-        ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape {
-                $(($m, $b) => restore::<$m, $b>(header, records),)*
-                (supports, band) => {
-                    Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }.into())
-                }
-            }
-        };
+    shape::visit(shape, Restore { header, records }).map_err(UnknownShape::from)?
+}
+
+struct Restore<'a> {
+    header: Header,
+    records: &'a [u8],
+}
+
+impl ShapeVisitor for Restore<'_> {
+    type Output = Result<Snapshot, SnapshotError>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        restore::<M, B>(self.header, self.records)
     }
-    bhm_core::for_each_shape!(build_shape)
 }
 
 fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
