@@ -29,6 +29,7 @@ pub mod relevance;
 pub mod rule;
 pub mod scan;
 pub mod settings;
+pub mod shape;
 pub mod storage;
 pub mod support;
 pub mod tile;

@@ -49,22 +49,8 @@ const WIDEST_TILE: Tile = Tile { stencil: 8, width: [16, 16], stride: [8, 8], co
 /// One joint lattice over [−20, 20] × [−25, 10] m at 0.5 m: 81 × 71 supports, the shorter axis last, for the narrower band.
 const PAPER_TILE: Tile = Tile { stencil: 6, width: [81, 71], stride: [75, 65], count: Some([1, 1]) };
 
+/// Its number of supports and its band are a line of [`shape`](crate::shape).
 type Tile = TileSettings<2>;
-
-/// The tile shapes that the programs are compiled for.
-///
-/// A shape is `M` supports in a band of `B`; a new one is a constant above and a line here.
-#[macro_export]
-macro_rules! for_each_shape {
-    ($callback:ident) => {
-        $callback! {
-            (144, 40),
-            (196, 76),
-            (256, 120),
-            (5751, 361),
-        }
-    };
-}
 
 /// What every profile shares unless it says otherwise.
 const BASE: Settings = Settings {
@@ -180,12 +166,10 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::SettingsError;
+    use crate::{settings::SettingsError, shape::SHAPES};
 
     #[test]
     fn every_profile_is_usable_and_has_a_compiled_shape() {
-        macro_rules! shapes { ($(($m:literal, $b:literal)),* $(,)?) => { [$(($m, $b)),*] }; }
-        let shapes = for_each_shape!(shapes);
         for profile in ALL {
             for kernel in KernelSettings::ALL {
                 let settings = profile.settings.with_kernel(*kernel);
@@ -197,7 +181,7 @@ mod tests {
                 };
                 let window = model.tiling.window(&[0, 0]);
                 let fits =
-                    shapes.iter().any(|(m, b)| window.supports() == *m && window.band(settings.tile.stencil) <= *b);
+                    SHAPES.iter().any(|(m, b)| window.supports() == *m && window.band(settings.tile.stencil) <= *b);
                 assert!(fits, "{} with {} needs a shape of its own", profile.name, kernel.name());
             }
             assert_eq!(named(profile.name).map(|p| p.name), Some(profile.name));

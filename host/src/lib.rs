@@ -2,6 +2,7 @@
 //! recorded logs, map files, learned supports.
 
 pub mod dataset;
+pub mod framed;
 pub mod ipc;
 pub mod map;
 mod replace;

@@ -7,7 +7,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use std::vec::Vec;
 
-use bhm_core::{profile::Profile, settings::Settings};
+use bhm_core::{
+    profile::Profile,
+    settings::Settings,
+    shape::{self, ShapeVisitor},
+};
 use bhm_host::{
     ipc::{
         DEFAULT_CONSUMERS, Domain, IpcError, Participant, PosteriorPublisher, PosteriorSource, ScanSample, ScanSink,
@@ -95,15 +99,24 @@ pub fn run_bridge(
     port: &mut dyn BridgePort,
     stop: &AtomicBool,
 ) -> Result<BridgeSummary, BridgeError> {
-    macro_rules! run_shape {
-        ($(($m:literal, $b:literal)),* $(,)?) => {
-            match map::shape(profile)? {
-                $(($m, $b) => Bridge::<$m, $b>::open(profile, domain, options, port, stop)?.run(),)*
-                (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: [$(($m, $b)),*].into() }.into()),
-            }
-        };
+    let shape = map::shape(profile)?;
+    shape::visit(shape, Open { profile, domain, options, port, stop }).map_err(UnknownShape::from)?
+}
+
+struct Open<'a> {
+    profile: &'a Profile,
+    domain: &'a Domain,
+    options: &'a BridgeOptions,
+    port: &'a mut dyn BridgePort,
+    stop: &'a AtomicBool,
+}
+
+impl ShapeVisitor for Open<'_> {
+    type Output = Result<BridgeSummary, BridgeError>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        Bridge::<M, B>::open(self)?.run()
     }
-    bhm_core::for_each_shape!(run_shape)
 }
 
 /// A scan that the device has not acknowledged yet.

@@ -13,7 +13,12 @@ use std::error::Error;
 use std::sync::atomic::AtomicBool;
 use std::vec::Vec;
 
-use bhm_core::{geometry::Pose, profile::Profile, settings::SettingsError};
+use bhm_core::{
+    geometry::Pose,
+    profile::Profile,
+    settings::SettingsError,
+    shape::{self, ShapeVisitor},
+};
 use bhm_host::{
     ipc::{DEFAULT_CONSUMERS, Domain, IpcError},
     map::{self, AnyMap, OwnedMapper, UnknownShape},
@@ -98,36 +103,32 @@ pub fn run_onboard(
     stop: &AtomicBool,
     finish: impl FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed>,
 ) -> Result<Summary, OnboardError> {
-    run_shape(profile, domain, options, stop, Box::new(finish))
+    let shape = map::shape(profile)?;
+    let run = Run { profile, domain, options, stop, finish: Box::new(finish) };
+    shape::visit(shape, run).map_err(UnknownShape::from)?
 }
 
 /// What is done with the finished map. Not generic: each caller would compile the loop again, for every shape.
 type Finish<'f> = Box<dyn FnOnce(&dyn AnyMap, &Summary) -> Result<(), FinishFailed> + 'f>;
 
-fn run_shape(
-    profile: &Profile,
-    domain: &Domain,
-    options: &OnboardOptions,
-    stop: &AtomicBool,
-    finish: Finish<'_>,
-) -> Result<Summary, OnboardError> {
-    macro_rules! run_shape {
-        ($(($m:literal, $b:literal)),* $(,)?) => {
-            match map::shape(profile)? {
-                $(($m, $b) => run::<$m, $b>(profile, domain, options, stop, finish),)*
-                (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: [$(($m, $b)),*].into() }.into()),
-            }
-        };
+struct Run<'a> {
+    profile: &'a Profile,
+    domain: &'a Domain,
+    options: &'a OnboardOptions,
+    stop: &'a AtomicBool,
+    finish: Finish<'a>,
+}
+
+impl ShapeVisitor for Run<'_> {
+    type Output = Result<Summary, OnboardError>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        run::<M, B>(self)
     }
-    bhm_core::for_each_shape!(run_shape)
 }
 
 fn run<const M: usize, const B: usize>(
-    profile: &Profile,
-    domain: &Domain,
-    options: &OnboardOptions,
-    stop: &AtomicBool,
-    finish: Finish<'_>,
+    Run { profile, domain, options, stop, finish }: Run<'_>,
 ) -> Result<Summary, OnboardError> {
     let OnboardOptions { run, consumers, path_poses, supports } = *options;
     // Before anybody is shown supports that are not the map's.

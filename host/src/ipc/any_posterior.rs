@@ -3,6 +3,7 @@ use std::time::Duration;
 use bhm_core::{
     geometry::Point,
     settings::Model,
+    shape::{self, SHAPES, ShapeVisitor},
     tile::{Occupancy, OccupancyGradient, TileIndex},
 };
 
@@ -80,15 +81,22 @@ impl<const M: usize, const B: usize> AnyPosteriorSubscriber for PosteriorSubscri
 /// [`IpcError::Absent`] as long as no mapper was there, [`IpcError::Incompatible`] if its tiles have none of the compiled
 /// shapes or another layout, [`IpcError::TooManyReaders`].
 pub fn open_posterior_any(participant: &Participant) -> Result<Box<dyn AnyPosteriorSubscriber>, IpcError> {
-    macro_rules! try_shapes {
-        ($(($m:literal, $b:literal)),* $(,)?) => {{
-            let mut outcome = Err(IpcError::Incompatible { service: "posterior" });
-            $(if matches!(outcome, Err(IpcError::Incompatible { .. })) {
-                let opened = PosteriorSubscriber::<$m, $b>::open(participant);
-                outcome = opened.map(|reader| Box::new(reader) as Box<dyn AnyPosteriorSubscriber>);
-            })*
-            outcome
-        }};
+    let incompatible = || IpcError::Incompatible { service: "posterior" };
+    for shape in SHAPES {
+        match shape::visit(shape, Open(participant)).unwrap_or_else(|_| Err(incompatible())) {
+            Err(IpcError::Incompatible { .. }) => {}
+            settled => return settled,
+        }
     }
-    bhm_core::for_each_shape!(try_shapes)
+    Err(incompatible())
+}
+
+struct Open<'p>(&'p Participant);
+
+impl ShapeVisitor for Open<'_> {
+    type Output = Result<Box<dyn AnyPosteriorSubscriber>, IpcError>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        Ok(Box::new(PosteriorSubscriber::<M, B>::open(self.0)?))
+    }
 }

@@ -36,7 +36,6 @@ mod posterior_service;
 mod posterior_source;
 mod scan_message;
 mod scan_service;
-mod service;
 mod shared_memory;
 mod status_message;
 mod status_service;
@@ -46,6 +45,8 @@ mod supports_service;
 mod temporary_domain;
 #[cfg(test)]
 mod tests;
+mod topic;
+mod wake;
 mod wire;
 
 pub use any_posterior::{AnyPosterior, AnyPosteriorSubscriber, open_posterior_any};

@@ -5,7 +5,7 @@ use bhm_core::{
 };
 use iceoryx2::sample::Sample;
 
-use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, service::Ipc};
+use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, topic::Ipc};
 use crate::supports::LearnedSupports;
 
 /// A posterior that cannot be used, perhaps only not yet.

@@ -1,22 +1,18 @@
+use std::marker::PhantomData;
 use std::time::Duration;
 
 use bhm_core::geometry::Pose;
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample::Sample;
 
-use super::service::{
-    Ipc, MAX_NODES, Sleeper, Waker, open_error, open_or_create_error, persistently, publisher_error, service_name,
-    subscriber_error,
-};
+use super::topic::{Ipc, Reader, Topic, Writer};
+use super::wake::{Sleeper, Waker};
 use super::{
     IpcError, Participant, PosteriorHeader, PosteriorRejected, PosteriorSample, PosteriorSource, PosteriorTile,
     Received,
 };
 use super::{
-    posterior_message::KnownModel, posterior_sample::Refused, shared_memory, supports_reader::SupportsReader,
-    supports_service::SupportsPublisher, wire,
+    posterior_message::KnownModel, posterior_sample::Refused, supports_reader::SupportsReader,
+    supports_service::SupportsPublisher,
 };
 use crate::supports::LearnedSupports;
 
@@ -25,16 +21,10 @@ const SERVICE: &str = "posterior";
 /// Consumers that a posterior has room for unless said otherwise. Each costs three posteriors of shared memory.
 pub const DEFAULT_CONSUMERS: usize = 4;
 
-/// A consumer wants the newest posterior only …
-const BUFFER: usize = 1;
-
-/// … and may compare it with the one before.
-const BORROWED: usize = 2;
-
-/// For the consumer that comes late.
-const HISTORY: usize = 1;
-
-const LOANED: usize = 1;
+/// A consumer wants the newest posterior only, and may compare it with the one before.
+fn topic<const M: usize, const B: usize>(readers: usize) -> Topic<PosteriorHeader, [PosteriorTile<M, B>]> {
+    Topic { service: SERVICE, writer: "mapper", readers, buffer: 1, borrowed: 2, message: PhantomData }
+}
 
 /// What a mapper does not know about its own posterior.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +44,7 @@ pub struct PosteriorNews {
 /// Writes posteriors into shared memory and hands them to whoever reads. It never waits for a reader.
 #[derive(Debug)]
 pub struct PosteriorPublisher<const M: usize, const B: usize> {
-    publisher: Publisher<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    writer: Writer<PosteriorHeader, [PosteriorTile<M, B>]>,
     /// The supports of their own that nodes of the map have, and who hands them out.
     supports: Option<(SupportsPublisher, &'static LearnedSupports)>,
     waker: Waker,
@@ -86,38 +76,14 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
         consumers: usize,
         supports: Option<&'static LearnedSupports>,
     ) -> Result<Self, IpcError> {
-        let name = service_name(SERVICE)?;
-        let (slots, consumers) = (slots.max(1), consumers.max(1));
-        let chunks = consumers * (BUFFER + BORROWED) + HISTORY + LOANED;
-        let tiles_bytes = slots * size_of::<PosteriorTile<M, B>>();
-        shared_memory::check_free((chunks * (tiles_bytes + size_of::<PosteriorHeader>())) as u64)?;
-        // First, so that a reader which finds the posterior finds them.
+        let consumers = consumers.max(1);
+        // First, so that a reader which finds the posterior finds the supports.
         let supports = match supports {
             Some(supports) => Some((SupportsPublisher::open(participant, supports, consumers)?, supports)),
             None => None,
         };
-        let service = persistently(participant, || {
-            participant
-                .node
-                .service_builder(&name)
-                .publish_subscribe::<[PosteriorTile<M, B>]>()
-                .user_header::<PosteriorHeader>()
-                .enable_safe_overflow(true)
-                .history_size(HISTORY)
-                .max_publishers(1)
-                .max_subscribers(consumers)
-                .max_nodes(MAX_NODES)
-                .subscriber_max_buffer_size(BUFFER)
-                .subscriber_max_borrowed_samples(BORROWED)
-                .open_or_create()
-                .map_err(|cause| open_or_create_error(participant, SERVICE, cause))
-        })?;
-        let publisher = persistently(participant, || {
-            let builder = service.publisher_builder().initial_max_slice_len(slots).max_loaned_samples(LOANED);
-            builder.create().map_err(|cause| publisher_error(participant, SERVICE, "mapper", cause))
-        })?;
-        shared_memory::reserve(&participant.domain)?;
-        Ok(Self { publisher, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
+        let writer = topic(consumers).writer(participant, slots.max(1))?;
+        Ok(Self { writer, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
     }
 
     /// From here on another run of the mapper publishes, counting anew.
@@ -132,21 +98,19 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     pub fn publish(&mut self, posterior: &impl PosteriorSource<M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
         let tiles = posterior.tiles();
         let resident = tiles.len();
-        let loan = self.publisher.loan_slice_uninit(resident);
-        let mut loan = loan.map_err(|cause| IpcError::failed(SERVICE, "no memory to write a posterior in", cause))?;
-        for (slot, tile) in loan.payload_mut().iter_mut().zip(tiles) {
-            wire::in_place(slot).write(&tile);
-        }
-        let header = loan.user_header_mut();
+        let mut header = PosteriorHeader::default();
         header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| *supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;
         header.stamp_ns = posterior.newest_stamp_ns();
         header.scans = posterior.scans();
         header.resident = resident as u64;
-        // SAFETY: as many tiles were written as were loaned, every field of each.
-        let sample = unsafe { loan.assume_init() };
-        sample.send().map_err(|cause| IpcError::failed(SERVICE, "a posterior was not sent", cause))?;
+        self.writer.send(header, resident, |messages| {
+            for (message, tile) in messages.iter_mut().zip(tiles) {
+                message.write(&tile);
+            }
+            Ok(())
+        })?;
         self.sequence += 1;
         self.greet_with_supports()?;
         self.waker.wake();
@@ -158,9 +122,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     /// # Errors
     /// If iceoryx2 failed.
     pub fn greet(&self) -> Result<(), IpcError> {
-        self.publisher
-            .update_connections()
-            .map_err(|cause| IpcError::failed(SERVICE, "a reader was not reached", cause))?;
+        self.writer.greet()?;
         self.greet_with_supports()
     }
 
@@ -176,7 +138,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
 pub struct PosteriorSubscriber<const M: usize, const B: usize> {
     /// A posterior that came before its supports, kept until it is replaced or they are there: nobody sends it again.
     waiting: Option<Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>>,
-    subscriber: Subscriber<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
+    reader: Reader<PosteriorHeader, [PosteriorTile<M, B>]>,
     supports: SupportsReader,
     known_model: KnownModel,
     sleeper: Sleeper,
@@ -189,21 +151,11 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
     /// [`IpcError::Absent`] as long as no mapper was there, [`IpcError::Incompatible`] if its tiles have another shape,
     /// [`IpcError::TooManyReaders`].
     pub fn open(participant: &Participant) -> Result<Self, IpcError> {
-        let name = service_name(SERVICE)?;
-        let service = persistently(participant, || {
-            participant
-                .node
-                .service_builder(&name)
-                .publish_subscribe::<[PosteriorTile<M, B>]>()
-                .user_header::<PosteriorHeader>()
-                .open()
-                .map_err(|cause| open_error(participant, SERVICE, cause))
-        })?;
-        let create = || service.subscriber_builder().create().map_err(|cause| subscriber_error(SERVICE, cause));
         // First, so that a mapper which reaches this reader with a posterior reaches it with the supports as well.
         let supports = SupportsReader::open(participant)?;
-        let (subscriber, sleeper) = (create()?, Sleeper::new(participant, SERVICE)?);
-        Ok(Self { waiting: None, subscriber, supports, known_model: None, sleeper })
+        let reader = topic(1).reader_of_existing(participant)?;
+        let sleeper = Sleeper::new(participant, SERVICE)?;
+        Ok(Self { waiting: None, reader, supports, known_model: None, sleeper })
     }
 
     /// The newest posterior since the last call, waiting for it at most as long as said (and never longer than 50 ms).
@@ -225,10 +177,9 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
     }
 
     fn take(&mut self, patience: Duration) -> Received<PosteriorSample<M, B>, PosteriorRejected> {
-        let failed = |cause| IpcError::failed(SERVICE, "a posterior was not received", cause);
         let kept = match self.waiting.take() {
             // Given back before a newer one is taken, so that a reader can hold as many as it was promised.
-            Some(old) if self.subscriber.has_samples().map_err(failed_connection)? => {
+            Some(old) if self.reader.has_next()? => {
                 drop(old);
                 None
             }
@@ -237,7 +188,7 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
         let known = kept.is_some();
         let sample = match kept {
             Some(kept) => Some(kept),
-            None => self.subscriber.receive().map_err(failed)?,
+            None => self.reader.take()?,
         };
         let Some(sample) = sample else { return Ok(None) };
         let supports = self.supports.named(sample.user_header().supports_digest, patience)?;
@@ -255,8 +206,4 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
             Err(Refused { why, .. }) => Ok(Some(Err(why))),
         }
     }
-}
-
-fn failed_connection(cause: impl std::fmt::Debug) -> IpcError {
-    IpcError::failed(SERVICE, "a mapper was not reached", cause)
 }

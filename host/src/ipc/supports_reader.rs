@@ -1,7 +1,9 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{IpcError, Participant, SupportsRejected, service::LONGEST_SLEEP, supports_service::SupportsSubscriber};
+use super::{
+    IpcError, Participant, Received, SupportsRejected, supports_service::SupportsSubscriber, wake::LONGEST_SLEEP,
+};
 use crate::supports::LearnedSupports;
 
 /// A mapper hands supports out a moment after the posterior; how often that is looked for.
@@ -56,7 +58,7 @@ impl SupportsReader {
         }
     }
 
-    fn take(&mut self) -> Result<Option<Result<LearnedSupports, SupportsRejected>>, IpcError> {
+    fn take(&mut self) -> Received<LearnedSupports, SupportsRejected> {
         if self.subscriber.is_none() {
             self.subscriber = SupportsSubscriber::open(&self.participant)?;
         }

@@ -1,6 +1,5 @@
 //! What all messages have in common.
 
-use std::mem::MaybeUninit;
 use std::process;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -9,13 +8,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// # Safety
 /// The type must be made of integers, floating-point numbers and arrays of them only.
 pub(super) unsafe trait PlainNumbers {}
-
-/// A message in the place where it will be sent from, with whatever that memory held before.
-pub(super) fn in_place<T: PlainNumbers>(slot: &mut MaybeUninit<T>) -> &mut T {
-    // SAFETY: the slot lies in shared memory, which the operating system handed over zeroed and in which only messages
-    // were written since, and `PlainNumbers` says that any such bytes are a value of T.
-    unsafe { slot.assume_init_mut() }
-}
 
 /// A short name inside a message: UTF-8, filled up with zeros.
 pub(super) type Name = [u8; NAME_BYTES];

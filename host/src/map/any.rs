@@ -6,6 +6,7 @@ use bhm_core::{
     profile::{Capacities, Profile},
     scan::Scan,
     settings::{Model, Settings, SettingsError},
+    shape::{self, NotCompiled, ShapeVisitor},
     tile::{Occupancy, OccupancyGradient, TileIndex},
 };
 
@@ -150,15 +151,8 @@ pub enum UnknownShape {
     #[error(transparent)]
     Capacity(#[from] CapacityError),
     /// No program was compiled for tiles of this shape.
-    #[error("tiles of {supports} supports in a band of {band} are not compiled in; compiled are {compiled:?}")]
-    Shape {
-        /// `M`.
-        supports: usize,
-        /// `B`.
-        band: usize,
-        /// The shapes there are.
-        compiled: Vec<(usize, usize)>,
-    },
+    #[error(transparent)]
+    Shape(#[from] NotCompiled),
 }
 
 /// Supports and band of the profile's tiles, if its settings and capacities make sense.
@@ -188,13 +182,18 @@ pub fn open_with(
     profile: &Profile,
     supports: Option<&'static LearnedSupports>,
 ) -> Result<Box<dyn AnyMap>, UnknownShape> {
-    macro_rules! open_shape {
-        ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape(profile)? {
-                $(($m, $b) => Ok(Box::new(OwnedMapper::<$m, $b>::with_supports(profile, supports)?)),)*
-                (supports, band) => Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }),
-            }
-        };
+    shape::visit(shape(profile)?, Open { profile, supports })?
+}
+
+struct Open<'a> {
+    profile: &'a Profile,
+    supports: Option<&'static LearnedSupports>,
+}
+
+impl ShapeVisitor for Open<'_> {
+    type Output = Result<Box<dyn AnyMap>, UnknownShape>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        Ok(Box::new(OwnedMapper::<M, B>::with_supports(self.profile, self.supports)?))
     }
-    bhm_core::for_each_shape!(open_shape)
 }

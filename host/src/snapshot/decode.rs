@@ -1,67 +1,26 @@
 use std::cmp::Reverse;
 
-use bhm_core::profile::Profile;
+use bhm_core::{
+    profile::Profile,
+    shape::{self, ShapeVisitor},
+};
 
-use super::{CHECKSUM_BYTES, Extras, MAGIC, PREFIX_BYTES, Snapshot, SnapshotError, VERSION, header::Header, record};
+use super::{Extras, FILE_KIND, Snapshot, SnapshotError, header::Header, record};
 use crate::{
-    dataset::describe,
     map::{OwnedMapper, UnknownShape, check_capacities, zeroed_box},
     supports::{Coded, LearnedSupports},
 };
-
-/// The bytes before the header.
-pub(super) struct Prefix {
-    /// Of the file, bytes.
-    pub(super) length: u64,
-    header_bytes: usize,
-}
-
-impl Prefix {
-    /// Reads it from the beginning of a file.
-    pub(super) fn of(bytes: &[u8]) -> Result<Self, SnapshotError> {
-        let expected = PREFIX_BYTES as u64;
-        let cut = SnapshotError::Cut { expected, found: bytes.len() as u64 };
-        let Some(rest) = bytes.strip_prefix(&MAGIC) else {
-            // Cut within the magic, it is still a piece of a map file.
-            let cut_magic = !bytes.is_empty() && MAGIC.starts_with(bytes);
-            return Err(if cut_magic { cut } else { SnapshotError::NotAMap { found: describe(bytes) } });
-        };
-        let (version, rest) = take::<4>(rest).ok_or_else(|| cut.clone())?;
-        let version = u32::from_le_bytes(version);
-        if version != VERSION {
-            return Err(SnapshotError::Version { found: version });
-        }
-        let (length, rest) = take::<8>(rest).ok_or_else(|| cut.clone())?;
-        let (header_bytes, _) = take::<4>(rest).ok_or(cut)?;
-        Ok(Self { length: u64::from_le_bytes(length), header_bytes: u32::from_le_bytes(header_bytes) as usize })
-    }
-}
-
-fn take<const N: usize>(bytes: &[u8]) -> Option<([u8; N], &[u8])> {
-    bytes.split_first_chunk().map(|(first, rest)| (*first, rest))
-}
 
 /// Reads a map from the bytes of a map file.
 ///
 /// # Errors
 /// What [`SnapshotError`] names; no bytes make this panic, or allocate much more than a map of the stated capacities takes.
 pub fn decode(bytes: &[u8]) -> Result<Snapshot, SnapshotError> {
-    let prefix = Prefix::of(bytes)?;
-    let found = bytes.len() as u64;
-    if found < prefix.length {
-        return Err(SnapshotError::Cut { expected: prefix.length, found });
-    }
-    if found > prefix.length {
-        return Err(SnapshotError::TooLong { expected: prefix.length });
-    }
+    let contents = FILE_KIND.contents(bytes)?;
     let no_room = || SnapshotError::HeaderValue { name: "length", expected: "one that fits the file" };
-    let (content, stored) = bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or_else(no_room)?;
-    let (stored, computed) = (u32::from_le_bytes(*stored), crc32fast::hash(content));
-    if stored != computed {
-        return Err(SnapshotError::Checksum { stored, computed });
-    }
-    let body = content.get(PREFIX_BYTES..).ok_or_else(no_room)?;
-    let (header, records) = body.split_at_checked(prefix.header_bytes).ok_or_else(no_room)?;
+    let (header_bytes, contents) = contents.split_first_chunk().ok_or_else(no_room)?;
+    let header_bytes = u32::from_le_bytes(*header_bytes) as usize;
+    let (header, records) = contents.split_at_checked(header_bytes).ok_or_else(no_room)?;
     let (header, rest) = postcard::take_from_bytes::<Header>(header)
         .map_err(|error| SnapshotError::Header { reason: error.to_string() })?;
     if !rest.is_empty() {
@@ -88,17 +47,20 @@ fn build(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
             expected: "that of the records that follow",
         });
     }
-    macro_rules! build_shape {
-        ($(($m:literal, $b:literal)),* $(,)?) => {
-            match shape {
-                $(($m, $b) => restore::<$m, $b>(header, records),)*
-                (supports, band) => {
-                    Err(UnknownShape::Shape { supports, band, compiled: vec![$(($m, $b)),*] }.into())
-                }
-            }
-        };
+    shape::visit(shape, Restore { header, records }).map_err(UnknownShape::from)?
+}
+
+struct Restore<'a> {
+    header: Header,
+    records: &'a [u8],
+}
+
+impl ShapeVisitor for Restore<'_> {
+    type Output = Result<Snapshot, SnapshotError>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        restore::<M, B>(self.header, self.records)
     }
-    bhm_core::for_each_shape!(build_shape)
 }
 
 fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {

@@ -1,7 +1,7 @@
 use std::io::{self, Write};
 
 use super::{
-    CHECKSUM_BYTES, Extras, MAGIC, PREFIX_BYTES, VERSION,
+    Extras, FILE_KIND,
     header::{Header, TileKey},
     record,
 };
@@ -30,35 +30,11 @@ pub(crate) fn write<const M: usize, const B: usize>(
             .collect(),
     };
     let header = postcard::to_allocvec(&header).map_err(io::Error::other)?;
-    let length = PREFIX_BYTES + header.len() + tiles.len() * record::record_bytes(M, B) + CHECKSUM_BYTES;
-
-    let mut to = Checksummed { to, hasher: crc32fast::Hasher::new() };
-    to.write_all(&MAGIC)?;
-    to.write_all(&VERSION.to_le_bytes())?;
-    to.write_all(&(length as u64).to_le_bytes())?;
-    to.write_all(&u32::try_from(header.len()).map_err(io::Error::other)?.to_le_bytes())?;
-    to.write_all(&header)?;
-    for tile in tiles {
-        record::write(&tile.posterior, &mut to)?;
-    }
-    let Checksummed { to, hasher } = to;
-    to.write_all(&hasher.finalize().to_le_bytes())
-}
-
-/// Passes bytes on and keeps their checksum.
-struct Checksummed<'a> {
-    to: &'a mut dyn Write,
-    hasher: crc32fast::Hasher,
-}
-
-impl Write for Checksummed<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.to.write(bytes)?;
-        self.hasher.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.to.flush()
-    }
+    let header_bytes = u32::try_from(header.len()).map_err(io::Error::other)?.to_le_bytes();
+    let contents_bytes = header_bytes.len() + header.len() + tiles.len() * record::record_bytes(M, B);
+    FILE_KIND.write(contents_bytes, to, |to| {
+        to.write_all(&header_bytes)?;
+        to.write_all(&header)?;
+        tiles.iter().try_for_each(|tile| record::write(&tile.posterior, to))
+    })
 }

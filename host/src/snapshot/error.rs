@@ -1,77 +1,17 @@
-use std::io;
-use std::path::PathBuf;
-
 use bhm_core::tile::TileIndex;
 
-use super::VERSION;
+use crate::framed::{FileError, FrameError};
 use crate::map::UnknownShape;
 
 /// Why a map file could not be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum MapFileError {
-    /// The file cannot be opened or read.
-    #[error("cannot read {}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file cannot be created, written or put in its place.
-    #[error("cannot write {}", path.display())]
-    Unwritable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file holds something that cannot be used.
-    #[error("{}: {problem}", path.display())]
-    Bad {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: SnapshotError,
-    },
-}
+pub type MapFileError = FileError<SnapshotError>;
 
 /// Why bytes are not a usable map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SnapshotError {
-    /// It does not begin like one.
-    #[error("expected a map file, found {found}")]
-    NotAMap {
-        /// What it looks like.
-        found: String,
-    },
-    /// It was written by another version of this program.
-    #[error("format version {found}, only {VERSION} is understood")]
-    Version {
-        /// The version it states.
-        found: u32,
-    },
-    /// It ends too early.
-    #[error("cut short at byte {found} of {expected}")]
-    Cut {
-        /// Bytes it should have.
-        expected: u64,
-        /// Bytes it has.
-        found: u64,
-    },
-    /// Something follows its end.
-    #[error("goes on after its end at byte {expected}")]
-    TooLong {
-        /// Bytes it should have.
-        expected: u64,
-    },
-    /// It was altered after it was written.
-    #[error("damaged: checksum {computed:08x}, expected {stored:08x}")]
-    Checksum {
-        /// The checksum at its end.
-        stored: u32,
-        /// The checksum of what it holds.
-        computed: u32,
-    },
+    /// The bytes are not a whole, unaltered map file of this version.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// The header cannot be decoded.
     #[error("header: {reason}")]
     Header {

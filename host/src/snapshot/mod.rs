@@ -1,15 +1,11 @@
 //! Map files: everything a map has learned, so that it can be asked, drawn, or go on learning as if never saved.
 //!
 //! ```text
-//! offset  bytes  what
-//!      0      8  magic, "BHM map\n"
-//!      8      4  format version, little-endian like every number here
-//!     12      8  length of the file
-//!     20      4  length of the header
-//!     24      …  header, postcard: shape, settings, capacities, learned supports if any, profile, path, counters, and a
-//!                key for each tile
-//!      …      …  one record for each tile, in the order of the keys, ascending by index: all numbers of its posterior
-//!     -4      4  CRC-32 of everything before it
+//! bytes  what stands in the frame (see [`framed`](crate::framed))
+//!     4  length of the header, little-endian
+//!     …  header, postcard: shape, settings, capacities, learned supports if any, profile, path, counters, and a key for
+//!        each tile
+//!     …  one record for each tile, in the order of the keys, ascending by index: all numbers of its posterior
 //! ```
 //!
 //! A record is the postcard encoding of a tuple of `f32`, which is their little-endian bytes: all records of a file are
@@ -35,27 +31,21 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 pub use decode::decode;
 pub(crate) use encode::write;
 pub use error::{MapFileError, SnapshotError};
 
-use crate::{map::AnyMap, replace::replace};
+use crate::{
+    framed::{self, FileKind},
+    map::AnyMap,
+};
 
 /// The format version that is written, and the only one that is read.
 pub const VERSION: u32 = 2;
 
-/// The first bytes of every map file. The line feed shows a file that was transferred as text.
-const MAGIC: [u8; 8] = *b"BHM map\n";
-
-/// Bytes before the header.
-const PREFIX_BYTES: usize = 24;
-
-/// Bytes of the checksum at the end.
-const CHECKSUM_BYTES: usize = 4;
+const FILE_KIND: FileKind = FileKind { magic: *b"BHM map\n", version: VERSION, name: "a map file" };
 
 /// What a map file holds besides the map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,8 +69,7 @@ pub struct Snapshot {
 /// # Errors
 /// If the file cannot be written.
 pub fn save(path: &Path, map: &dyn AnyMap, extras: &Extras) -> Result<(), MapFileError> {
-    let unwritable = |source| MapFileError::Unwritable { path: path.to_owned(), source };
-    replace(path, |to| map.write_snapshot(extras, to)).map_err(unwritable)
+    framed::save(path, |to| map.write_snapshot(extras, to))
 }
 
 /// Reads a map file.
@@ -88,19 +77,5 @@ pub fn save(path: &Path, map: &dyn AnyMap, extras: &Extras) -> Result<(), MapFil
 /// # Errors
 /// If the file cannot be read, or is not a map file that this program understands, whole and undamaged.
 pub fn load(path: &Path) -> Result<Snapshot, MapFileError> {
-    let unreadable = |source| MapFileError::Unreadable { path: path.to_owned(), source };
-    let bad = |problem| MapFileError::Bad { path: path.to_owned(), problem };
-    let file = File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    // The beginning alone first: what is no map file is not read to its end.
-    (&file).take(PREFIX_BYTES as u64).read_to_end(&mut bytes).map_err(unreadable)?;
-    let prefix = decode::Prefix::of(&bytes).map_err(bad)?;
-    read_rest(file, prefix.length, &mut bytes).map_err(unreadable)?;
-    decode(&bytes).map_err(bad)
-}
-
-/// Reads on, by one byte more than there should be at most.
-fn read_rest(file: File, length: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
-    let left = length.saturating_sub(bytes.len() as u64).saturating_add(1);
-    file.take(left).read_to_end(bytes).map(drop)
+    FILE_KIND.load(path, decode)
 }

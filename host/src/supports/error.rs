@@ -1,9 +1,6 @@
-use std::io;
-use std::path::PathBuf;
-
 use bhm_core::{lattice::Node, support::TableError};
 
-use super::VERSION;
+use crate::framed::{FileError, FrameError};
 
 /// Why supports cannot be used, wherever they come from.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -59,40 +56,9 @@ pub enum SupportsError {
 /// Why bytes are not a usable file of supports.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SupportsBytesError {
-    /// It does not begin like one.
-    #[error("expected a file of learned supports, found {found}")]
-    NotSupports {
-        /// What it looks like.
-        found: String,
-    },
-    /// It was written by another version of this program.
-    #[error("format version {found}, only {VERSION} is understood")]
-    Version {
-        /// The version it states.
-        found: u32,
-    },
-    /// It ends too early.
-    #[error("cut short at byte {found} of {expected}")]
-    Cut {
-        /// Bytes it should have.
-        expected: u64,
-        /// Bytes it has.
-        found: u64,
-    },
-    /// Something follows its end.
-    #[error("goes on after its end at byte {expected}")]
-    TooLong {
-        /// Bytes it should have.
-        expected: u64,
-    },
-    /// It was altered after it was written.
-    #[error("damaged: checksum {computed:08x}, expected {stored:08x}")]
-    Checksum {
-        /// The checksum at its end.
-        stored: u32,
-        /// The checksum of what it holds.
-        computed: u32,
-    },
+    /// The bytes are not a whole, unaltered file of supports of this version.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// What it holds cannot be decoded.
     #[error("contents: {reason}")]
     Contents {
@@ -105,30 +71,4 @@ pub enum SupportsBytesError {
 }
 
 /// Why a file of supports could not be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum SupportsFileError {
-    /// The file cannot be opened or read.
-    #[error("cannot read {}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file cannot be created, written or put in its place.
-    #[error("cannot write {}", path.display())]
-    Unwritable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file holds something that cannot be used.
-    #[error("{}: {problem}", path.display())]
-    Bad {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: SupportsBytesError,
-    },
-}
+pub type SupportsFileError = FileError<SupportsBytesError>;

@@ -4,15 +4,9 @@
 //! The core borrows a table ([`SupportTable`]), which it neither reads nor keeps. Here is what owns one: [`LearnedSupports`].
 //! Maps, map files and shared memory carry it; what they say of a place is the same only with the same table.
 //!
-//! ```text
-//! offset  bytes  what a file of supports holds
-//!      0      8  magic, "BHM sup\n"
-//!      8      4  format version, little-endian like every number here
-//!     12      8  length of the file
-//!     20      …  postcard: lattice, window, what it was learned with, names of the kinds of support, and for each node of
-//!                the window (the last axis fastest) which kind it is and its numbers
-//!     -4      4  CRC-32 of everything before it
-//! ```
+//! A file of supports holds, in its frame (see [`framed`](crate::framed)), as postcard: lattice, window, what the supports were
+//! learned with, names of the kinds of support, and for each node of the window (the last axis fastest) which kind its
+//! support is and its numbers.
 //!
 //! A support is written as its kind's name and plain numbers, so that a further kind needs no line here. A file is not
 //! trusted: [`decode`] takes any bytes without panicking, and allocates little more than their length.

@@ -1,4 +1,9 @@
-use bhm_core::{for_each_shape, profile::COMPACT, settings::Settings, tile::Tile};
+use bhm_core::{
+    profile::{COMPACT, Profile},
+    settings::Settings,
+    shape::{self, ShapeVisitor},
+    tile::Tile,
+};
 use bhm_firmware_sim::{
     budget::{Instructions, most_instructions, state_bytes},
     serial::{LinkBuffers, SentTile},
@@ -98,20 +103,23 @@ struct Cost {
     scans_per_second_on_average: Option<f64>,
 }
 
+/// Bytes of a tile, and of the onboard program's state.
+struct Bytes<'a>(&'a Profile);
+
+impl ShapeVisitor for Bytes<'_> {
+    type Output = (usize, usize);
+
+    fn visit<const M: usize, const B: usize>(self) -> (usize, usize) {
+        (size_of::<Tile<M, B>>(), state_bytes::<M, B>(self.0))
+    }
+}
+
 impl Budget {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
         let profile = options.profile;
         let (supports, band) = map::shape(&profile)?;
-        macro_rules! bytes {
-            ($(($m:literal, $b:literal)),* $(,)?) => {
-                match (supports, band) {
-                    $(($m, $b) => (size_of::<Tile<$m, $b>>(), state_bytes::<$m, $b>(&profile)),)*
-                    _ => return Err(map::UnknownShape::Shape { supports, band, compiled: [$(($m, $b)),*].into() }.into()),
-                }
-            };
-        }
-        let (bytes_per_tile, state_bytes) = for_each_shape!(bytes);
+        let (bytes_per_tile, state_bytes) = shape::visit((supports, band), Bytes(&profile))?;
         let passes = profile.settings.passes;
         // The firmware is compiled in two variants.
         let compact = Settings { passes, ..COMPACT.settings };

@@ -1,19 +1,17 @@
 use std::io;
 use std::string::{String, ToString};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 use std::vec::Vec;
 
-use bhm_core::{geometry::Pose, profile::Profile};
+use bhm_core::geometry::Pose;
 use bhm_host::{
-    ipc::{Domain, IpcError, PosteriorNews, PosteriorPublisher, Progress, ScanSink, StatusPublisher, fresh_id},
+    ipc::{IpcError, PosteriorNews, PosteriorPublisher, Progress, ScanSink, StatusPublisher, fresh_id},
     map::posterior_digest,
 };
 
-use super::{
-    Bridge, BridgeCounters, BridgeError, BridgeOptions, BridgePort, BridgeSummary, Mirrored, Published, UnderWay,
-};
+use super::{Bridge, BridgeCounters, BridgeError, BridgeSummary, Mirrored, Open, Published, UnderWay};
 use crate::serial::{Device, DeviceStatus, Directory, Event, HostEnd, NewsFrame};
 
 /// How long to wait for one thing before looking at the others.
@@ -26,13 +24,7 @@ const BEFORE_REOPENING: Duration = Duration::from_millis(50);
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
-    pub(super) fn open(
-        profile: &Profile,
-        domain: &Domain,
-        options: &BridgeOptions,
-        port: &'p mut dyn BridgePort,
-        stop: &'p AtomicBool,
-    ) -> Result<Self, BridgeError> {
+    pub(super) fn open(Open { profile, domain, options, port, stop }: Open<'p>) -> Result<Self, BridgeError> {
         profile.settings.model()?;
         let participant = domain.join("bhm-bridge")?;
         let mapper = fresh_id();

@@ -3,19 +3,19 @@ use bhm_core::{
     mapper::ScanRejected,
     scan::{MAX_BEAMS, Scan},
     settings::{Model, SettingsError},
+    shape::{self, ShapeVisitor},
 };
 use iceoryx2::prelude::ZeroCopySend;
 use proptest::prelude::*;
 
 use super::supports::supports;
 use super::*;
-use crate::ipc::wire::{self, PlainNumbers};
+use crate::ipc::wire::PlainNumbers;
 use crate::supports::test_supports;
 
 /// A message on the heap, zeroed: too large for the stack.
 fn zeroed<T: PlainNumbers>() -> Box<T> {
-    let mut message = Box::<T>::new_zeroed();
-    wire::in_place(&mut message);
+    let message = Box::<T>::new_zeroed();
     // SAFETY: zeros are a value of a message that is plain numbers.
     unsafe { message.assume_init() }
 }
@@ -200,6 +200,17 @@ fn every_damage_to_a_status_is_named() {
     }
 }
 
+/// Checks a header of any shape, without tiles.
+struct Check(PosteriorHeader);
+
+impl ShapeVisitor for Check {
+    type Output = Result<Model<'static>, PosteriorRejected>;
+
+    fn visit<const M: usize, const B: usize>(self) -> Self::Output {
+        self.0.check::<M, B>(&[], None)
+    }
+}
+
 #[test]
 fn a_posterior_of_every_profile_gives_back_its_model() {
     for profile in profile::ALL {
@@ -209,13 +220,7 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
         let shape = (window.supports(), window.band(profile.settings.stencil));
         header.write(&profile.settings, None, shape, &PosteriorNews::default());
         (header.mapper, header.sequence) = (5, 1);
-        macro_rules! check {
-            ($(($m:literal, $b:literal)),* $(,)?) => {
-                [$((shape == ($m, $b)).then(|| header.check::<$m, $b>(&[], None))),*].into_iter().flatten().next()
-            };
-        }
-        let found = bhm_core::for_each_shape!(check).expect("a compiled shape");
-        let found = found.expect("a good header");
+        let found = shape::visit(shape, Check(header)).expect("a compiled shape").expect("a good header");
         // What a beam says is the mapper's business alone.
         assert_eq!(Model { beam: model.beam, ..found }, model, "{}", profile.name);
     }

@@ -4,7 +4,7 @@ use bhm_core::{geometry::Point, tile::TileSource};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::*;
-use crate::ipc::service::{Ipc, service_name};
+use crate::ipc::topic::{Ipc, service_name};
 use crate::supports::{LearnedSupports, test_supports};
 
 const SOON: Duration = Duration::from_secs(1);
