@@ -6,7 +6,7 @@ use std::vec::Vec;
 use bhm_core::{
     geometry::Pose,
     mapper::{IntegrateReport, Mapper, ScanRejected},
-    scan::Scan,
+    scan::{Scan, ScanHeader},
 };
 
 use crate::*;
@@ -100,13 +100,15 @@ const RANGES_M: [f32; 5] = [1.0, 2.0, f32::NAN, -1.0, 3.0];
 /// A scan; number 13 is one that every mapper refuses.
 fn scan(sequence: u64) -> Scan<'static> {
     Scan {
-        stamp_ns: sequence,
-        map_from_sensor: Pose::new(if sequence == 13 { f32::NAN } else { sequence as f32 * 0.01 }, 0.0, 0.0),
-        pose_covariance: None,
-        angle_min_rad: 0.0,
-        angle_increment_rad: 0.1,
-        range_min_m: 0.1,
-        range_max_m: 20.0,
+        header: ScanHeader {
+            stamp_ns: sequence,
+            map_from_sensor: Pose::new(if sequence == 13 { f32::NAN } else { sequence as f32 * 0.01 }, 0.0, 0.0),
+            angle_min_rad: 0.0,
+            angle_increment_rad: 0.1,
+            range_min_m: 0.1,
+            range_max_m: 20.0,
+            ..ScanHeader::default()
+        },
         ranges_m: &RANGES_M,
     }
 }

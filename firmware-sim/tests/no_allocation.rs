@@ -15,7 +15,7 @@ use bhm_core::{
     kernel::{Averaging, KernelChoice},
     lattice::Window,
     profile::{self, Capacities, Profile},
-    scan::Scan,
+    scan::{Scan, ScanHeader},
     support::{SupportChoice, SupportParameters},
 };
 use bhm_firmware_sim::{OnboardOptions, Options, Until, run_onboard};
@@ -97,13 +97,15 @@ fn memory_does_not_grow_once_the_loop_runs() {
         let ranges_m = [3.0; 90];
         let mut send = |number: u64, place| {
             let scan = Scan {
-                stamp_ns: number,
-                map_from_sensor: Pose::new((number % 40) as f32 * 0.05, 0.0, 0.0),
-                pose_covariance: None,
-                angle_min_rad: 0.0,
-                angle_increment_rad: 0.07,
-                range_min_m: 0.1,
-                range_max_m: 20.0,
+                header: ScanHeader {
+                    stamp_ns: number,
+                    map_from_sensor: Pose::new((number % 40) as f32 * 0.05, 0.0, 0.0),
+                    angle_min_rad: 0.0,
+                    angle_increment_rad: 0.07,
+                    range_min_m: 0.1,
+                    range_max_m: 20.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: &ranges_m,
             };
             assert_eq!(source.send(&scan, place, &never), Ok(Sent::Yes));

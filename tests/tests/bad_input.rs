@@ -8,7 +8,7 @@ use bhm_core::{
     lattice::MAX_NODE,
     mapper::ScanRejected,
     profile::{COMPACT, Capacities, Profile},
-    scan::MAX_BEAMS,
+    scan::{MAX_BEAMS, ScanHeader},
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
@@ -35,13 +35,15 @@ fn state(map: &Map) -> (u64, u64, Vec<u32>) {
 /// A scan of a round room.
 fn good(stamp_ns: u64) -> ScanRecord {
     ScanRecord {
-        stamp_ns,
-        map_from_sensor: Pose::new(0.3, -0.2, 0.7),
-        pose_covariance: None,
-        angle_min_rad: -3.0,
-        angle_increment_rad: 0.1,
-        range_min_m: 0.1,
-        range_max_m: 20.0,
+        header: ScanHeader {
+            stamp_ns,
+            map_from_sensor: Pose::new(0.3, -0.2, 0.7),
+            angle_min_rad: -3.0,
+            angle_increment_rad: 0.1,
+            range_min_m: 0.1,
+            range_max_m: 20.0,
+            ..ScanHeader::default()
+        },
         ranges_m: (0..60).map(|i| 3.0 + 0.01 * i as f32).collect(),
     }
 }
@@ -195,7 +197,8 @@ fn points_that_are_no_points_are_counted_and_leave_no_trace() {
 fn beams_past_the_lattice_are_counted() {
     let mut map = open();
     let edge_m = (MAX_NODE as f32 - 4.0) * COMPACT.settings.spacing_m;
-    let scan = ScanRecord { map_from_sensor: Pose::new(edge_m, 0.0, 0.0), ..good(1) };
+    let scan =
+        ScanRecord { header: ScanHeader { map_from_sensor: Pose::new(edge_m, 0.0, 0.0), ..good(1).header }, ..good(1) };
     let report = map.integrate(&scan.as_scan()).unwrap();
     assert_eq!(report.tiles_failed, 0);
     assert!(report.points.unplaceable > 0 && report.points.used > 0, "{report:?}");
@@ -229,7 +232,10 @@ fn an_absurd_range_is_only_far_away() {
         let limits = BeamLimits { range_max_m, no_return_free_m };
         let profile = Profile { settings: Settings { limits, ..COMPACT.settings }, ..COMPACT };
         let Ok(mut map) = Map::new(&profile) else { continue };
-        let scan = ScanRecord { range_max_m: f32::INFINITY, ranges_m: vec![3.0, 1e25, f32::INFINITY, 4.0], ..good(1) };
+        let scan = ScanRecord {
+            header: ScanHeader { range_max_m: f32::INFINITY, ..good(1).header },
+            ranges_m: vec![3.0, 1e25, f32::INFINITY, 4.0],
+        };
         let report = map.integrate(&scan.as_scan()).unwrap();
         assert_eq!(report.beams.total(), 4);
     }
@@ -246,10 +252,8 @@ fn a_covered_lens_is_learned() {
             let mut failed = 0;
             for stamp in 0..20 {
                 let scan = ScanRecord {
-                    range_min_m: 0.0,
-                    angle_increment_rad: increment_rad,
+                    header: ScanHeader { range_min_m: 0.0, angle_increment_rad: increment_rad, ..good(stamp).header },
                     ranges_m: vec![radius_m; beams],
-                    ..good(stamp)
                 };
                 failed += map.integrate(&scan.as_scan()).unwrap().tiles_failed;
             }

@@ -1,5 +1,6 @@
 //! Nothing allocates once a map exists, and memory stays flat however long the robot drives.
 
+use bhm_core::scan::ScanHeader;
 use std::alloc::System;
 
 use bhm_core::profile;
@@ -32,7 +33,7 @@ fn ten_thousand_scans_allocate_nothing() {
 
     // The archive grows until every tile has been evicted once; after that nothing may allocate at all.
     let mut integrate = |scan: &ScanRecord, stamp_ns: u64| {
-        let scan = bhm_core::scan::Scan { stamp_ns, ..scan.as_scan() };
+        let scan = bhm_core::scan::Scan { header: ScanHeader { stamp_ns, ..scan.as_scan().header }, ..scan.as_scan() };
         owned.integrate(&scan).expect("the simulated scan is sound")
     };
     let laps = SCANS as usize / recorded.len() + 1;

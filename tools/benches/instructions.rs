@@ -22,6 +22,7 @@ use bhm_core::{
     mapper::IntegrateReport,
     posterior::{Posterior, Prior, Scratch},
     profile::{self, Capacities, Profile},
+    scan::ScanHeader,
     settings::Settings,
 };
 use bhm_host::{ScanRecord, dataset, map, sim};
@@ -100,7 +101,10 @@ impl Task {
     fn scans_and_the_first_again(&self) -> Vec<ScanRecord> {
         let mut scans = self.scans();
         let span_ns = scans.last().map_or(0, |last| last.stamp_ns) + 1;
-        let again = |scan: &ScanRecord| ScanRecord { stamp_ns: scan.stamp_ns + span_ns, ..scan.clone() };
+        let again = |scan: &ScanRecord| ScanRecord {
+            header: ScanHeader { stamp_ns: scan.stamp_ns + span_ns, ..scan.clone().header },
+            ..scan.clone()
+        };
         let first: Vec<ScanRecord> = scans[..scans.len() / 4].iter().map(again).collect();
         scans.extend(first);
         scans

@@ -8,7 +8,7 @@ use bhm_core::{
     mapper::{Mapper, Memory},
     posterior::{Entry, RowState, Scratch},
     profile::COMPACT,
-    scan::Scan,
+    scan::{Scan, ScanHeader},
     support::SupportTable,
     tile::{DirectoryEntry, NoArchive, Tile, TileIndex},
 };
@@ -41,16 +41,7 @@ pub extern "C" fn bhm_no_std_proof(proof: &mut Proof, ranges: &[f32; 181], x_m: 
     let Proof { tiles, directory, scratch, places, firsts, touched, entries, states } = proof;
     let memory = Memory { tiles, directory, scratch, places, firsts, touched, entries, states, supports: SupportTable::EMPTY };
     let Ok(mut mapper) = Mapper::new(COMPACT.settings, memory) else { return -1.0 };
-    let scan = Scan {
-        stamp_ns: 1,
-        map_from_sensor: Pose::new(0.0, 0.0, 0.0),
-        pose_covariance: None,
-        angle_min_rad: -1.57,
-        angle_increment_rad: 0.017_45,
-        range_min_m: 0.0,
-        range_max_m: 30.0,
-        ranges_m: ranges,
-    };
+    let scan = Scan { header: ScanHeader { stamp_ns: 1, map_from_sensor: Pose::new(0.0, 0.0, 0.0), angle_min_rad: -1.57, angle_increment_rad: 0.017_45, range_max_m: 30.0, ..ScanHeader::default() }, ranges_m: ranges };
     if mapper.integrate(&scan, &mut NoArchive).is_err() {
         return -2.0;
     }

@@ -37,6 +37,20 @@ impl PoseCovariance {
         }
     }
 
+    /// The covariance as plain numbers, for messages: xx, xy, yy (m²), xθ, yθ (m·rad), θθ (rad²).
+    #[must_use]
+    pub const fn numbers(&self) -> [f32; 6] {
+        let Self { xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2 } = *self;
+        [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2]
+    }
+
+    /// The covariance of which these are the [`numbers`](Self::numbers).
+    #[must_use]
+    pub const fn from_numbers(numbers: [f32; 6]) -> Self {
+        let [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2] = numbers;
+        Self { xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2 }
+    }
+
     /// Whether it is a covariance: finite and, up to rounding, positive semidefinite.
     #[must_use]
     pub fn is_valid(&self) -> bool {

@@ -82,6 +82,35 @@ pub trait Map<const D: usize> {
     }
 }
 
+/// Whatever answers through a map that it can show, such as a [`MapView`](crate::tile::MapView) of tiles that it holds: it is a
+/// [`Map`] itself.
+pub trait Viewed<const D: usize> {
+    /// The map that answers.
+    fn as_map(&self) -> impl Map<D> + '_;
+}
+
+impl<const D: usize, T: Viewed<D>> Map<D> for T {
+    fn occupancy(&self, point_m: &Point<D>) -> Occupancy {
+        self.as_map().occupancy(point_m)
+    }
+
+    fn gradient(&self, point_m: &Point<D>) -> OccupancyGradient<D> {
+        self.as_map().gradient(point_m)
+    }
+
+    fn spacing_m(&self) -> f32 {
+        self.as_map().spacing_m()
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, D>)) {
+        self.as_map().for_each_tile(visit);
+    }
+
+    fn occupancies(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
+        self.as_map().occupancies(points_m, answers);
+    }
+}
+
 /// What the map says about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

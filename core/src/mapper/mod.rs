@@ -19,7 +19,7 @@ use crate::{
     em,
     geometry::{Place, Point},
     lattice::Lattice,
-    map::{Map, Occupancy, OccupancyGradient, TileRef},
+    map::{Map, Viewed},
     posterior::{Prior, RowError, Rows},
     scan::{ScanRejected, Sweep},
     settings::{Model, Settings, SettingsError},
@@ -245,25 +245,9 @@ impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
     }
 }
 
-impl<const D: usize, const M: usize, const B: usize> Map<D> for Mapper<'_, D, M, B> {
-    fn occupancy(&self, point_m: &Point<D>) -> Occupancy {
-        self.view().occupancy(point_m)
-    }
-
-    fn occupancies(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
-        self.view().occupancies(points_m, answers);
-    }
-
-    fn gradient(&self, point_m: &Point<D>) -> OccupancyGradient<D> {
-        self.view().gradient(point_m)
-    }
-
-    fn spacing_m(&self) -> f32 {
-        self.settings.spacing_m
-    }
-
-    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, D>)) {
-        self.view().for_each_tile(visit);
+impl<const D: usize, const M: usize, const B: usize> Viewed<D> for Mapper<'_, D, M, B> {
+    fn as_map(&self) -> impl Map<D> + '_ {
+        self.view()
     }
 }
 

@@ -11,6 +11,7 @@ use bhm_core::{
     kernel::{Averaging, KernelChoice},
     lattice::Window,
     profile::{self, Capacities},
+    scan::ScanHeader,
     settings::Settings,
     support::{SupportChoice, SupportParameters},
 };
@@ -43,13 +44,15 @@ fn scan(number: u64, of: u64) -> ScanRecord {
     let half = of as f32 / 2.0;
     let x_m = 40.0 * (1.0 - (number as f32 - half).abs() / half);
     ScanRecord {
-        stamp_ns: number * 1_000_000,
-        map_from_sensor: Pose::new(x_m, 0.0, 0.0),
-        pose_covariance: None,
-        angle_min_rad: -3.0,
-        angle_increment_rad: 0.5,
-        range_min_m: 0.1,
-        range_max_m: 10.0,
+        header: ScanHeader {
+            stamp_ns: number * 1_000_000,
+            map_from_sensor: Pose::new(x_m, 0.0, 0.0),
+            angle_min_rad: -3.0,
+            angle_increment_rad: 0.5,
+            range_min_m: 0.1,
+            range_max_m: 10.0,
+            ..ScanHeader::default()
+        },
         ranges_m: (0..13).map(|beam| 1.0 + 0.1 * beam as f32).collect(),
     }
 }
@@ -144,7 +147,8 @@ fn a_scan_with_an_impossible_pose_covariance_is_rejected_and_counted() {
             let never = AtomicBool::new(false);
             let covariances = [None, Some(impossible), Some(PoseCovariance::independent(0.05, 0.01))];
             for (number, pose_covariance) in (1..).zip(covariances) {
-                let scan = ScanRecord { pose_covariance, ..scan(number, 3) };
+                let scan =
+                    ScanRecord { header: ScanHeader { pose_covariance, ..scan(number, 3).header }, ..scan(number, 3) };
                 let place = if number == 3 { Place::Last } else { Place::Within };
                 assert_eq!(source.send(&scan.as_scan(), place, &never), Ok(Sent::Yes));
             }

@@ -1,7 +1,7 @@
 use bhm_core::{
     mapper::Mapper,
     profile::Profile,
-    scan::{MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanHeader},
     tile::Tile,
 };
 use serde::Serialize;
@@ -361,13 +361,15 @@ fn header(frame: &ScanFrame<'_>, ranges_m: &mut [f32; MAX_BEAMS]) -> Result<Head
     let &ScanFrame { source, sequence, last, stamp_ns, .. } = frame;
     let &ScanFrame { angle_min_rad, angle_increment_rad, range_min_m, range_max_m, .. } = frame;
     let scan = Scan {
-        stamp_ns,
-        map_from_sensor: frame.pose(),
-        pose_covariance: frame.covariance(),
-        angle_min_rad,
-        angle_increment_rad,
-        range_min_m,
-        range_max_m,
+        header: ScanHeader {
+            stamp_ns,
+            map_from_sensor: frame.pose(),
+            pose_covariance: frame.covariance(),
+            angle_min_rad,
+            angle_increment_rad,
+            range_min_m,
+            range_max_m,
+        },
         ranges_m: &[],
     };
     Ok(Header { source, sequence, last, scan, beams })

@@ -13,7 +13,7 @@ use std::io::BufRead;
 use std::path::Path;
 
 use bhm_core::geometry::Pose;
-use bhm_core::scan::MAX_BEAMS;
+use bhm_core::scan::{MAX_BEAMS, ScanHeader};
 
 use super::damage::DamageReason;
 use super::input::{self, Lines};
@@ -99,7 +99,7 @@ impl ScanFormat for CarmenLog {
         while let Some(line) = lines.next() {
             match parse(line) {
                 Ok(Some(ParsedScan { mut record, stamp_s })) => {
-                    record.stamp_ns = stamps.next_ns(stamp_s);
+                    record.header.stamp_ns = stamps.next_ns(stamp_s);
                     scans.push(record);
                 }
                 Ok(None) => other_lines += 1,
@@ -149,13 +149,15 @@ fn flaser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
     let stamp_s = fields.stamp_and_end()?;
     Ok(ParsedScan {
         record: ScanRecord {
-            stamp_ns: 0,
-            map_from_sensor,
-            pose_covariance: None,
-            angle_min_rad,
-            angle_increment_rad,
-            range_min_m: RANGE_MIN_M,
-            range_max_m: f32::INFINITY,
+            header: ScanHeader {
+                stamp_ns: 0,
+                map_from_sensor,
+                angle_min_rad,
+                angle_increment_rad,
+                range_min_m: RANGE_MIN_M,
+                range_max_m: f32::INFINITY,
+                ..ScanHeader::default()
+            },
             ranges_m,
         },
         stamp_s,
@@ -189,13 +191,15 @@ fn robot_laser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
     let states_max = stated_max_m.is_finite() && stated_max_m > 0.0;
     Ok(ParsedScan {
         record: ScanRecord {
-            stamp_ns: 0,
-            map_from_sensor,
-            pose_covariance: None,
-            angle_min_rad,
-            angle_increment_rad,
-            range_min_m: RANGE_MIN_M,
-            range_max_m: if states_max { NO_RETURN_FROM * stated_max_m } else { f32::INFINITY },
+            header: ScanHeader {
+                stamp_ns: 0,
+                map_from_sensor,
+                angle_min_rad,
+                angle_increment_rad,
+                range_min_m: RANGE_MIN_M,
+                range_max_m: if states_max { NO_RETURN_FROM * stated_max_m } else { f32::INFINITY },
+                ..ScanHeader::default()
+            },
             ranges_m,
         },
         stamp_s,

@@ -1,5 +1,6 @@
 //! Which reading means "nothing returned": logs of the old format do not say, but they show it.
 
+use bhm_core::scan::ScanHeader;
 use std::ops::Range;
 
 use super::{MaxRangeSource, ReadOptions};
@@ -40,16 +41,16 @@ pub fn no_return_range_m(scans: &[ScanRecord]) -> f32 {
 /// Returns the largest of them and where it comes from.
 pub(super) fn settle(scans: &mut [ScanRecord], options: &ReadOptions) -> (f32, MaxRangeSource) {
     if let Some(max_range_m) = options.max_range_m {
-        scans.iter_mut().for_each(|scan| scan.range_max_m = max_range_m);
+        scans.iter_mut().for_each(|scan| scan.header.range_max_m = max_range_m);
         return (max_range_m, MaxRangeSource::Caller);
     }
     let mut source = MaxRangeSource::Stated;
-    if scans.iter().any(|scan| scan.range_max_m.is_infinite()) {
+    if scans.iter().any(|scan| scan.header.range_max_m.is_infinite()) {
         let (shown_m, shown_by) = find(scans);
-        scans.iter_mut().filter(|scan| scan.range_max_m.is_infinite()).for_each(|scan| scan.range_max_m = shown_m);
+        scans.iter_mut().filter(|scan| scan.header.range_max_m.is_infinite()).for_each(|scan| scan.header.range_max_m = shown_m);
         source = shown_by;
     }
-    (scans.iter().map(|scan| scan.range_max_m).fold(0.0, f32::max), source)
+    (scans.iter().map(|scan| scan.header.range_max_m).fold(0.0, f32::max), source)
 }
 
 fn find(scans: &[ScanRecord]) -> (f32, MaxRangeSource) {
@@ -95,13 +96,14 @@ mod tests {
 
     fn scan(ranges_m: Vec<f32>) -> ScanRecord {
         ScanRecord {
-            stamp_ns: 0,
-            map_from_sensor: Pose::default(),
-            pose_covariance: None,
-            angle_min_rad: 0.0,
-            angle_increment_rad: 0.01,
-            range_min_m: 0.0,
-            range_max_m: f32::INFINITY,
+            header: ScanHeader {
+                stamp_ns: 0,
+                map_from_sensor: Pose::default(),
+                angle_min_rad: 0.0,
+                angle_increment_rad: 0.01,
+                range_max_m: f32::INFINITY,
+                ..ScanHeader::default()
+            },
             ranges_m,
         }
     }

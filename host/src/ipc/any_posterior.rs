@@ -1,10 +1,10 @@
 use std::time::Duration;
 
 use bhm_core::{
-    geometry::Point,
+    map::Map,
     settings::Model,
     shape::{self, SHAPES, ShapeVisitor},
-    tile::{Occupancy, OccupancyGradient, TileIndex},
+    tile::TileIndex,
 };
 
 use super::{
@@ -13,24 +13,18 @@ use super::{
 use crate::map::{PosteriorDigest, posterior_digest};
 
 /// A posterior of any compiled shape, for programs that learn its shape at run time.
-pub trait AnyPosterior {
+pub trait AnyPosterior: Map<2> {
     /// Whose it is and how new.
     fn header(&self) -> &PosteriorHeader;
 
     /// The functions it was made with.
-    fn model(&self) -> &Model<'static>;
+    fn model(&self) -> &Model<'static, 2>;
 
     /// Indices of its tiles, ascending.
     fn tile_indices(&self) -> Vec<TileIndex<2>>;
 
     /// What distinguishes it from another posterior, bit for bit: the digest of a map that holds these tiles and no others.
     fn digest(&self) -> PosteriorDigest;
-
-    /// What it says about a point.
-    fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
-
-    /// How that changes with the point.
-    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient;
 }
 
 impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
@@ -38,7 +32,7 @@ impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
         self.header()
     }
 
-    fn model(&self) -> &Model<'static> {
+    fn model(&self) -> &Model<'static, 2> {
         self.model()
     }
 
@@ -48,14 +42,6 @@ impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
 
     fn digest(&self) -> PosteriorDigest {
         posterior_digest(self.tiles().iter().map(|tile| (tile.index, tile.view())))
-    }
-
-    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
-        self.view().occupancy(point_m)
-    }
-
-    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
-        self.view().gradient(point_m)
     }
 }
 

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bhm_core::scan::Scan;
+use bhm_core::scan::{Scan, ScanHeader};
 
 use super::{IpcError, Participant, Place, SCAN_BUFFER, ScanAddress, ScanSource, StatusSubscriber};
 use crate::ScanRecord;
@@ -147,13 +147,14 @@ impl PacedSource {
 impl UnderWay {
     fn empty() -> Self {
         let scan = ScanRecord {
-            stamp_ns: 0,
-            map_from_sensor: Default::default(),
-            pose_covariance: None,
-            angle_min_rad: 0.0,
-            angle_increment_rad: 0.0,
-            range_min_m: 0.0,
-            range_max_m: 0.0,
+            header: ScanHeader {
+                stamp_ns: 0,
+                map_from_sensor: Default::default(),
+                angle_min_rad: 0.0,
+                angle_increment_rad: 0.0,
+                range_max_m: 0.0,
+                ..ScanHeader::default()
+            },
             ranges_m: Vec::new(),
         };
         Self { sequence: 0, place: Place::Within, scan }
@@ -167,13 +168,15 @@ impl UnderWay {
         self.sequence = sequence;
         self.place = place;
         self.scan = ScanRecord {
-            stamp_ns: scan.stamp_ns,
-            map_from_sensor: scan.map_from_sensor,
-            pose_covariance: scan.pose_covariance,
-            angle_min_rad: scan.angle_min_rad,
-            angle_increment_rad: scan.angle_increment_rad,
-            range_min_m: scan.range_min_m,
-            range_max_m: scan.range_max_m,
+            header: ScanHeader {
+                stamp_ns: scan.header.stamp_ns,
+                map_from_sensor: scan.header.map_from_sensor,
+                pose_covariance: scan.header.pose_covariance,
+                angle_min_rad: scan.header.angle_min_rad,
+                angle_increment_rad: scan.header.angle_increment_rad,
+                range_min_m: scan.header.range_min_m,
+                range_max_m: scan.header.range_max_m,
+            },
             ranges_m,
         };
     }

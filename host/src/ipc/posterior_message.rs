@@ -1,30 +1,24 @@
 use bhm_core::{
     geometry::Pose,
-    kernel::{Averaging, KernelChoice},
     posterior::{Band, PosteriorView},
-    profile,
-    settings::{Model, Settings, SettingsError},
-    support::SupportChoice,
+    settings::{ENCODED_BYTES, Model, Settings, SettingsError},
     tile::TileIndex,
 };
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{
-    PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected,
-    wire::{Name, PlainNumbers, name_of, text_of},
-};
+use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, wire::PlainNumbers};
 use crate::supports::{LearnedSupports, table_of};
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
-#[type_name("bhm.posterior.v2")]
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[type_name("bhm.posterior.v3")]
 pub struct PosteriorHeader {
     /// [`PosteriorHeader::MAGIC`].
     pub magic: u64,
     /// [`PosteriorHeader::VERSION`].
     pub version: u32,
-    /// [`PosteriorHeader::ENDED`], [`PosteriorHeader::BIAS`], [`PosteriorHeader::BOUNDED`].
+    /// [`PosteriorHeader::ENDED`] or 0.
     pub flags: u32,
     /// Which run of the mapper; never 0.
     pub mapper: u64,
@@ -50,40 +44,16 @@ pub struct PosteriorHeader {
     pub y_m: f32,
     /// Where the sensor's x axis pointed, radians.
     pub theta_rad: f32,
-    /// Where lattice node 0 sits, metres.
-    pub origin_m: [f32; 2],
-    /// Distance between supports, metres.
-    pub spacing_m: f32,
-    /// The kernel's shape, in units of spacing².
-    pub kernel_shape: f32,
-    /// How large a support's area is, in spacings.
-    pub support_size: f32,
-    /// Samples a side by which the kernel is averaged over it; 0 where it is in closed form.
-    pub support_samples: u32,
-    /// Prior precision of each weight.
-    pub prior_precision: f32,
-    /// Prior precision of the bias.
-    pub bias_precision: f32,
     /// Supports of a tile, `M`.
     pub supports: u32,
     /// Its band, `B`.
     pub band: u32,
-    /// Supports a side that a point sees.
-    pub stencil: u32,
-    /// Supports of a tile along each axis.
-    pub tile_width: [u32; 2],
-    /// Supports from one tile to the next along each axis.
-    pub tile_stride: [u32; 2],
-    /// With [`PosteriorHeader::BOUNDED`], how many tiles there are along each axis; else 0.
-    pub tile_count: [u32; 2],
     /// The [digest](crate::supports::LearnedSupports::digest) of the supports of their own that nodes have; 0 for none.
     pub supports_digest: u32,
-    /// Zero.
-    pub reserved: u32,
-    /// The kernel's name, UTF-8, filled up with zeros.
-    pub kernel: Name,
-    /// The support's name, UTF-8, filled up with zeros.
-    pub support: Name,
+    /// How many bytes of [`Self::settings`] are meant.
+    pub settings_bytes: u32,
+    /// What the map was made with: [`Settings`] in their postcard encoding.
+    pub settings: [u8; ENCODED_BYTES],
 }
 
 // SAFETY: integers, floating-point numbers, and arrays of them.
@@ -117,19 +87,45 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for PosteriorTile<M, B>
 
 /// The model of the posterior before, and what it follows from: nearly always it is the next one's too, and to build one
 /// looks at every support.
-pub(super) type KnownModel = Option<(Settings, u32, Model<'static>)>;
+pub(super) type KnownModel = Option<(Settings, u32, Model<'static, 2>)>;
+
+impl Default for PosteriorHeader {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
 
 impl PosteriorHeader {
     /// What a posterior begins with.
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM post");
     /// The layout described here, of header and tiles.
-    pub const VERSION: u32 = 2;
+    pub const VERSION: u32 = 3;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
-    /// Flag: there is a bias.
-    pub const BIAS: u32 = 2;
-    /// Flag: the plane is bounded.
-    pub const BOUNDED: u32 = 4;
+
+    /// A header of which nothing is known yet.
+    pub(super) const EMPTY: Self = Self {
+        magic: 0,
+        version: 0,
+        flags: 0,
+        mapper: 0,
+        sequence: 0,
+        source: 0,
+        scan_sequence: 0,
+        stamp_ns: 0,
+        scans: 0,
+        resident: 0,
+        archived: 0,
+        lost: 0,
+        x_m: 0.0,
+        y_m: 0.0,
+        theta_rad: 0.0,
+        supports: 0,
+        band: 0,
+        supports_digest: 0,
+        settings_bytes: 0,
+        settings: [0; ENCODED_BYTES],
+    };
 
     /// Where the sensor stood at the newest scan integrated.
     #[must_use]
@@ -150,14 +146,14 @@ impl PosteriorHeader {
         shape: (usize, usize),
         news: &PosteriorNews,
     ) {
-        let flag = |set, flag| if set { flag } else { 0 };
         let (source, scan_sequence) = news.handled.unwrap_or((0, 0));
+        let mut encoded = [0; ENCODED_BYTES];
+        // They fit: a test of the core's encodes every variant. A header without settings would be refused by every reader.
+        let settings_bytes = postcard::to_slice(settings, &mut encoded).map_or(0, |used| used.len()) as u32;
         *self = Self {
             magic: Self::MAGIC,
             version: Self::VERSION,
-            flags: flag(news.ended, Self::ENDED)
-                | flag(settings.bias, Self::BIAS)
-                | flag(settings.tile_count.is_some(), Self::BOUNDED),
+            flags: if news.ended { Self::ENDED } else { 0 },
             source,
             scan_sequence,
             archived: news.archived,
@@ -165,26 +161,12 @@ impl PosteriorHeader {
             x_m: news.map_from_sensor.x_m,
             y_m: news.map_from_sensor.y_m,
             theta_rad: news.map_from_sensor.theta_rad,
-            origin_m: settings.origin_m,
-            spacing_m: settings.spacing_m,
-            kernel_shape: settings.kernel_shape,
-            support_size: settings.support_size,
-            support_samples: match settings.support_averaging {
-                Averaging::Exact => 0,
-                Averaging::Samples(count) => count,
-            },
-            prior_precision: settings.prior_precision,
-            bias_precision: settings.bias_precision,
             supports: shape.0 as u32,
             band: shape.1 as u32,
-            stencil: settings.stencil as u32,
-            tile_width: settings.tile_width.map(|width| width as u32),
-            tile_stride: settings.tile_stride.map(|stride| stride as u32),
-            tile_count: settings.tile_count.unwrap_or([0; 2]).map(|count| count as u32),
             supports_digest: supports.map_or(0, LearnedSupports::digest),
-            kernel: name_of(settings.kernel.name()),
-            support: name_of(settings.support.name()),
-            ..Self::default()
+            settings_bytes,
+            settings: encoded,
+            ..Self::EMPTY
         };
     }
 
@@ -198,8 +180,8 @@ impl PosteriorHeader {
     pub fn check<const M: usize, const B: usize>(
         &self,
         tiles: &[PosteriorTile<M, B>],
-        supports: Option<&'static LearnedSupports>,
-    ) -> Result<Model<'static>, PosteriorRejected> {
+        supports: Option<&LearnedSupports>,
+    ) -> Result<Model<'static, 2>, PosteriorRejected> {
         self.check_knowing(tiles, supports, &mut None)
     }
 
@@ -207,27 +189,25 @@ impl PosteriorHeader {
     pub(super) fn check_knowing<const M: usize, const B: usize>(
         &self,
         tiles: &[PosteriorTile<M, B>],
-        supports: Option<&'static LearnedSupports>,
+        supports: Option<&LearnedSupports>,
         known: &mut KnownModel,
-    ) -> Result<Model<'static>, PosteriorRejected> {
+    ) -> Result<Model<'static, 2>, PosteriorRejected> {
         if self.magic != Self::MAGIC {
             return Err(PosteriorRejected::Magic { found: self.magic });
         }
         if self.version != Self::VERSION {
             return Err(PosteriorRejected::Version { found: self.version });
         }
-        if self.flags & !(Self::ENDED | Self::BIAS | Self::BOUNDED) != 0 {
+        if self.flags & !Self::ENDED != 0 {
             return Err(PosteriorRejected::Flags { found: self.flags });
-        }
-        if self.reserved != 0 {
-            return Err(PosteriorRejected::Flags { found: self.reserved });
         }
         if self.mapper == 0 || self.sequence == 0 {
             return Err(PosteriorRejected::Unnumbered);
         }
+        let settings = self.settings()?;
         // Before anything multiplies them: the product of widths is then the product of two small numbers.
-        let [width, height] = self.tile_width.map(u64::from);
-        if (self.supports as usize, self.band as usize) != (M, B) || width * height != M as u64 {
+        let nodes = settings.tile.width.iter().try_fold(1_usize, |nodes, width| nodes.checked_mul(*width));
+        if (self.supports as usize, self.band as usize) != (M, B) || nodes != Some(M) {
             return Err(PosteriorRejected::Shape { supports: self.supports, band: self.band });
         }
         if self.resident != tiles.len() as u64 {
@@ -239,9 +219,9 @@ impl PosteriorHeader {
         if !self.map_from_sensor().is_finite() {
             return Err(PosteriorRejected::Pose);
         }
-        let settings = self.settings()?;
-        if let Some((_, _, model)) = known.filter(|known| (known.0, known.1) == (settings, self.supports_digest)) {
-            return Ok(model);
+        if let Some((.., model)) = known.as_ref().filter(|known| (known.0, known.1) == (settings, self.supports_digest))
+        {
+            return Ok(model.clone());
         }
         let supports = match (self.supports_digest, supports) {
             (0, _) => None,
@@ -251,36 +231,20 @@ impl PosteriorHeader {
         supports.map_or(Ok(()), |supports| supports.matches(&settings)).map_err(SupportsRejected::from)?;
         let model = settings.model_with(table_of(supports))?;
         model.tiling.check(M, B).map_err(SettingsError::from)?;
-        *known = Some((settings, self.supports_digest, model));
+        *known = Some((settings, self.supports_digest, model.clone()));
         Ok(model)
     }
 
-    /// The settings that queries depend on; what only learning needs is a profile's, not the mapper's.
-    fn settings(&self) -> Result<Settings, PosteriorRejected> {
-        let kernel = text_of(&self.kernel).and_then(|name| KernelChoice::ALL.iter().find(|k| k.name() == name));
-        let support = text_of(&self.support).and_then(|name| SupportChoice::ALL.iter().find(|s| s.name() == name));
-        let sizes = |of: [u32; 2]| of.map(|size| size as usize);
-        Ok(Settings {
-            origin_m: self.origin_m,
-            spacing_m: self.spacing_m,
-            kernel: *kernel.ok_or(PosteriorRejected::Kernel)?,
-            kernel_shape: self.kernel_shape,
-            support: *support.ok_or(PosteriorRejected::Support)?,
-            support_size: self.support_size,
-            support_averaging: if self.support_samples == 0 {
-                Averaging::Exact
-            } else {
-                Averaging::Samples(self.support_samples)
-            },
-            stencil: self.stencil as usize,
-            tile_width: sizes(self.tile_width),
-            tile_stride: sizes(self.tile_stride),
-            tile_count: (self.flags & Self::BOUNDED != 0).then(|| sizes(self.tile_count)),
-            prior_precision: self.prior_precision,
-            bias_precision: self.bias_precision,
-            bias: self.flags & Self::BIAS != 0,
-            ..profile::INDOOR.settings
-        })
+    /// What the map was made with.
+    ///
+    /// # Errors
+    /// [`PosteriorRejected::Settings`] or [`PosteriorRejected::SettingsEncoding`].
+    pub fn settings(&self) -> Result<Settings, PosteriorRejected> {
+        let encoded = self.settings.get(..self.settings_bytes as usize).ok_or(PosteriorRejected::SettingsEncoding)?;
+        match postcard::take_from_bytes(encoded) {
+            Ok((settings, [])) => Ok(settings),
+            _ => Err(PosteriorRejected::SettingsEncoding),
+        }
     }
 }
 

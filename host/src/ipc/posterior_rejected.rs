@@ -17,7 +17,7 @@ pub enum PosteriorRejected {
         /// Its layout.
         found: u32,
     },
-    /// It has flags or reserved words that mean nothing.
+    /// It has flags that mean nothing.
     #[error("unknown flags {found:#x}")]
     Flags {
         /// Its flags.
@@ -48,12 +48,9 @@ pub enum PosteriorRejected {
         /// Position of the first that is not above the one before.
         at: usize,
     },
-    /// The kernel is not known here.
-    #[error("unknown kernel")]
-    Kernel,
-    /// The support is not known here.
-    #[error("unknown support")]
-    Support,
+    /// The settings cannot be decoded: another version's, or damaged.
+    #[error("the posterior's settings cannot be decoded")]
+    SettingsEncoding,
     /// Its supports are not here (yet).
     #[error("the posterior's supports ({digest:08x}) have not arrived")]
     SupportsMissing {

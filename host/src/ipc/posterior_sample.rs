@@ -1,4 +1,5 @@
 use bhm_core::{
+    map::{Map, TileRef, Viewed},
     posterior::PosteriorView,
     settings::Model,
     tile::{MapView, TileIndex, TileSource},
@@ -21,13 +22,13 @@ pub(super) struct Refused<const M: usize, const B: usize> {
 #[derive(Debug)]
 pub struct PosteriorSample<const M: usize, const B: usize> {
     sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
-    model: Model<'static>,
+    model: Model<'static, 2>,
 }
 
 impl<const M: usize, const B: usize> PosteriorSample<M, B> {
     pub(super) fn check(
         sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
-        supports: Option<&'static LearnedSupports>,
+        supports: Option<&LearnedSupports>,
         known: &mut KnownModel,
     ) -> Result<Self, Refused<M, B>> {
         match sample.user_header().check_knowing(sample.payload(), supports, known) {
@@ -44,7 +45,7 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
 
     /// The functions it was made with.
     #[must_use]
-    pub fn model(&self) -> &Model<'static> {
+    pub fn model(&self) -> &Model<'static, 2> {
         &self.model
     }
 
@@ -56,15 +57,27 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
 
     /// The map as queries see it.
     #[must_use]
-    pub fn view(&self) -> MapView<'_, &Self, M, B> {
+    pub fn view(&self) -> MapView<'_, &Self, 2, M, B> {
         self.model.view(self)
     }
 }
 
-impl<const M: usize, const B: usize> TileSource<M, B> for PosteriorSample<M, B> {
+impl<const M: usize, const B: usize> TileSource<2, M, B> for PosteriorSample<M, B> {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         let tiles = self.tiles();
         let at = tiles.binary_search_by_key(index, |tile| tile.index).ok()?;
         Some(tiles[at].view())
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
+        for tile in self.tiles() {
+            visit(&TileRef::new(tile.index, tile.updates, tile.touched_at, &tile.view()));
+        }
+    }
+}
+
+impl<const M: usize, const B: usize> Viewed<2> for PosteriorSample<M, B> {
+    fn as_map(&self) -> impl Map<2> + '_ {
+        self.view()
     }
 }

@@ -46,7 +46,7 @@ pub struct PosteriorNews {
 pub struct PosteriorPublisher<const M: usize, const B: usize> {
     writer: Writer<PosteriorHeader, [PosteriorTile<M, B>]>,
     /// The supports of their own that nodes of the map have, and who hands them out.
-    supports: Option<(SupportsPublisher, &'static LearnedSupports)>,
+    supports: Option<(SupportsPublisher, LearnedSupports)>,
     waker: Waker,
     mapper: u64,
     sequence: u64,
@@ -74,12 +74,12 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
         mapper: u64,
         slots: usize,
         consumers: usize,
-        supports: Option<&'static LearnedSupports>,
+        supports: Option<LearnedSupports>,
     ) -> Result<Self, IpcError> {
         let consumers = consumers.max(1);
         // First, so that a reader which finds the posterior finds the supports.
         let supports = match supports {
-            Some(supports) => Some((SupportsPublisher::open(participant, supports, consumers)?, supports)),
+            Some(supports) => Some((SupportsPublisher::open(participant, &supports, consumers)?, supports)),
             None => None,
         };
         let writer = topic(consumers).writer(participant, slots.max(1))?;
@@ -98,8 +98,8 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     pub fn publish(&mut self, posterior: &impl PosteriorSource<M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
         let tiles = posterior.tiles();
         let resident = tiles.len();
-        let mut header = PosteriorHeader::default();
-        header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| *supports), (M, B), news);
+        let mut header = PosteriorHeader::EMPTY;
+        header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;
         header.stamp_ns = posterior.newest_stamp_ns();
@@ -196,7 +196,7 @@ impl<const M: usize, const B: usize> PosteriorSubscriber<M, B> {
             Ok(supports) => supports,
             Err(rejected) => return Ok(Some(Err(rejected.into()))),
         };
-        match PosteriorSample::check(sample, supports, &mut self.known_model) {
+        match PosteriorSample::check(sample, supports.as_ref(), &mut self.known_model) {
             Ok(posterior) => Ok(Some(Ok(posterior))),
             Err(Refused { sample, why: why @ PosteriorRejected::SupportsMissing { .. } }) => {
                 self.waiting = Some(sample);

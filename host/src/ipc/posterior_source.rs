@@ -28,7 +28,7 @@ pub struct SourceTile<'a, const M: usize, const B: usize> {
     pub view: PosteriorView<'a, M, B>,
 }
 
-impl<const M: usize, const B: usize> PosteriorSource<M, B> for Mapper<'_, M, B> {
+impl<const M: usize, const B: usize> PosteriorSource<M, B> for Mapper<'_, 2, M, B> {
     fn settings(&self) -> &Settings {
         self.settings()
     }

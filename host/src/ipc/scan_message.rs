@@ -1,6 +1,6 @@
 use bhm_core::{
     geometry::{Pose, PoseCovariance},
-    scan::{MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanHeader},
 };
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -139,24 +139,25 @@ impl ScanMessage {
             Place::Within => 0,
             Place::Last => Self::LAST,
         };
-        self.pose_covariance = [0.0; 6];
-        if let Some(PoseCovariance { xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2 }) =
-            scan.pose_covariance
-        {
+        let ScanHeader {
+            stamp_ns,
+            map_from_sensor: Pose { x_m, y_m, theta_rad },
+            pose_covariance,
+            angle_min_rad,
+            angle_increment_rad,
+            range_min_m,
+            range_max_m,
+        } = scan.header;
+        if pose_covariance.is_some() {
             self.flags |= Self::UNCERTAIN;
-            self.pose_covariance = [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2];
         }
+        self.pose_covariance = pose_covariance.map_or([0.0; 6], |covariance| covariance.numbers());
         self.source = address.source;
         self.mapper = address.mapper.unwrap_or(0);
         self.sequence = address.sequence;
-        self.stamp_ns = scan.stamp_ns;
-        self.x_m = scan.map_from_sensor.x_m;
-        self.y_m = scan.map_from_sensor.y_m;
-        self.theta_rad = scan.map_from_sensor.theta_rad;
-        self.angle_min_rad = scan.angle_min_rad;
-        self.angle_increment_rad = scan.angle_increment_rad;
-        self.range_min_m = scan.range_min_m;
-        self.range_max_m = scan.range_max_m;
+        (self.stamp_ns, self.x_m, self.y_m, self.theta_rad) = (stamp_ns, x_m, y_m, theta_rad);
+        (self.angle_min_rad, self.angle_increment_rad) = (angle_min_rad, angle_increment_rad);
+        (self.range_min_m, self.range_max_m) = (range_min_m, range_max_m);
         self.beams = beams as u32;
         Ok(())
     }
@@ -176,15 +177,6 @@ impl ScanMessage {
             return Err(ScanMessageRejected::Flags { found: self.flags });
         }
         let place = if self.flags & Self::LAST != 0 { Place::Last } else { Place::Within };
-        let [xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2] = self.pose_covariance;
-        let pose_covariance = (self.flags & Self::UNCERTAIN != 0).then_some(PoseCovariance {
-            xx_m2,
-            xy_m2,
-            yy_m2,
-            x_theta_m_rad,
-            y_theta_m_rad,
-            theta_rad2,
-        });
         if self.source == 0 || self.sequence == 0 {
             return Err(ScanMessageRejected::Unnumbered);
         }
@@ -194,13 +186,16 @@ impl ScanMessage {
         Ok(NumberedScan {
             address: ScanAddress { source: self.source, mapper, sequence: self.sequence, place },
             scan: Scan {
-                stamp_ns: self.stamp_ns,
-                map_from_sensor: Pose::new(self.x_m, self.y_m, self.theta_rad),
-                pose_covariance,
-                angle_min_rad: self.angle_min_rad,
-                angle_increment_rad: self.angle_increment_rad,
-                range_min_m: self.range_min_m,
-                range_max_m: self.range_max_m,
+                header: ScanHeader {
+                    stamp_ns: self.stamp_ns,
+                    map_from_sensor: Pose::new(self.x_m, self.y_m, self.theta_rad),
+                    pose_covariance: (self.flags & Self::UNCERTAIN != 0)
+                        .then_some(PoseCovariance::from_numbers(self.pose_covariance)),
+                    angle_min_rad: self.angle_min_rad,
+                    angle_increment_rad: self.angle_increment_rad,
+                    range_min_m: self.range_min_m,
+                    range_max_m: self.range_max_m,
+                },
                 ranges_m,
             },
         })

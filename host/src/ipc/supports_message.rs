@@ -1,22 +1,21 @@
 use bhm_core::{
-    kernel::KernelChoice,
     lattice::Window,
-    support::{AnySupport, SupportChoice, SupportNumbers},
+    support::{AnySupport, SupportNumbers, SupportSettings},
 };
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::wire::{Name, PlainNumbers, name_of, text_of};
-use crate::supports::{Kinds, LearnedSupports, LearnedWith, SupportsError};
+use crate::supports::{Kinds, LearnedSupports, SupportsError};
 
 /// Most kinds of support that a message can name.
 pub const MAX_SUPPORT_KINDS: usize = 16;
 
-const _: () = assert!(SupportChoice::ALL.len() <= MAX_SUPPORT_KINDS, "a new layout is needed");
+const _: () = assert!(SupportSettings::ALL.len() <= MAX_SUPPORT_KINDS, "a new layout is needed");
 
 /// What stands before learned supports: on which lattice they stand, and what their numbers mean.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
-#[type_name("bhm.supports.v1")]
+#[type_name("bhm.supports.v2")]
 pub struct SupportsHeader {
     /// [`SupportsHeader::MAGIC`].
     pub magic: u64,
@@ -30,14 +29,10 @@ pub struct SupportsHeader {
     pub origin_m: [f32; 2],
     /// Distance between neighbouring nodes, metres.
     pub spacing_m: f32,
-    /// The shape of the kernel that they were learned with, in units of spacing².
-    pub kernel_shape: f32,
     /// The first node that has one.
     pub first: [i32; 2],
     /// Nodes that have one along each axis.
     pub width: [u32; 2],
-    /// Name of the kernel that they were learned with, UTF-8, filled up with zeros.
-    pub kernel: Name,
     /// Names of the kinds of support, UTF-8, filled up with zeros; those that are not needed are empty.
     pub kinds: [Name; MAX_SUPPORT_KINDS],
 }
@@ -82,9 +77,6 @@ pub enum SupportsRejected {
         /// What arrived.
         arrived: usize,
     },
-    /// The kernel that they were learned with is not known here.
-    #[error("unknown kernel")]
-    Kernel,
     /// They are not what their digest says.
     #[error("supports have the digest {found:08x}, not {claimed:08x}")]
     Digest {
@@ -93,7 +85,7 @@ pub enum SupportsRejected {
         /// What it is.
         found: u32,
     },
-    /// They are none.
+    /// What arrived is not a usable table of supports.
     #[error(transparent)]
     Supports(#[from] SupportsError),
 }
@@ -102,14 +94,13 @@ impl SupportsHeader {
     /// What supports begin with.
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM supp");
     /// The layout described here, of header and supports.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     pub(super) fn write(&mut self, supports: &LearnedSupports) {
         let mut kinds = [Name::default(); MAX_SUPPORT_KINDS];
-        for (to, kind) in kinds.iter_mut().zip(SupportChoice::ALL) {
-            *to = name_of(kind.name());
+        for (to, kind) in kinds.iter_mut().zip(Kinds::names()) {
+            *to = name_of(kind);
         }
-        let LearnedWith { kernel, kernel_shape, source: _ } = supports.learned_with();
         *self = Self {
             magic: Self::MAGIC,
             version: Self::VERSION,
@@ -117,15 +108,13 @@ impl SupportsHeader {
             count: supports.supports().len() as u64,
             origin_m: supports.origin_m(),
             spacing_m: supports.spacing_m(),
-            kernel_shape: *kernel_shape,
             first: supports.window().first,
             width: supports.window().width.map(|width| width as u32),
-            kernel: name_of(kernel.name()),
             kinds,
         };
     }
 
-    /// The supports, if header and messages can be used. In which words their source was described does not travel.
+    /// The supports, if header and messages can be used. What they were learned with does not travel.
     ///
     /// # Errors
     /// The first thing that is wrong.
@@ -139,17 +128,11 @@ impl SupportsHeader {
         if self.count != supports.len() as u64 {
             return Err(SupportsRejected::Count { claimed: self.count, arrived: supports.len() });
         }
-        let kernel = text_of(&self.kernel).and_then(|name| KernelChoice::ALL.iter().find(|k| k.name() == name));
-        let learned_with = LearnedWith {
-            kernel: *kernel.ok_or(SupportsRejected::Kernel)?,
-            kernel_shape: self.kernel_shape,
-            source: String::new(),
-        };
         let window = Window { first: self.first, width: self.width.map(|width| width as usize) };
         // A name that is no text is the name of no kind.
         let kinds = Kinds::named(self.kinds.iter().map(|name| text_of(name).unwrap_or_default()));
         let supports = kinds.supports(&window, supports.iter().map(|message| (message.kind, message.numbers)))?;
-        let learned = LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, learned_with)?;
+        let learned = LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, None)?;
         if learned.digest() != self.digest {
             return Err(SupportsRejected::Digest { claimed: self.digest, found: learned.digest() });
         }
@@ -160,6 +143,6 @@ impl SupportsHeader {
 impl SupportMessage {
     /// Writes a support over whatever was here.
     pub fn write(&mut self, support: &AnySupport<2>) {
-        *self = Self { kind: Kinds::number_of(support.choice()), numbers: support.numbers() };
+        *self = Self { kind: Kinds::number_of(support), numbers: support.numbers() };
     }
 }

@@ -12,7 +12,7 @@ const NAP: Duration = Duration::from_millis(1);
 /// Has the supports that posteriors name.
 #[derive(Debug)]
 pub(super) struct SupportsReader {
-    known: Option<&'static LearnedSupports>,
+    known: Option<LearnedSupports>,
     /// The digest that was waited for in vain, once.
     missed: u32,
     subscriber: Option<SupportsSubscriber>,
@@ -29,23 +29,22 @@ impl SupportsReader {
     /// The supports of that digest; `None` if there are to be none, or they have not arrived, waiting for them at most as
     /// long as said (and never longer than 50 ms).
     ///
-    /// What arrives is kept, and so leaked (see [`LearnedSupports::interned`]), only if it is what is asked for: a mapper
-    /// costs a reader one table.
+    /// What arrives is kept only if it is what is asked for: a reader holds one table.
     pub(super) fn named(
         &mut self,
         digest: u32,
         patience: Duration,
-    ) -> Result<Result<Option<&'static LearnedSupports>, SupportsRejected>, IpcError> {
+    ) -> Result<Result<Option<LearnedSupports>, SupportsRejected>, IpcError> {
         if digest == 0 {
             return Ok(Ok(None));
         }
         let begun = Instant::now();
         loop {
-            if let Some(known) = self.known.filter(|known| known.digest() == digest) {
-                return Ok(Ok(Some(known)));
+            if let Some(known) = self.known.as_ref().filter(|known| known.digest() == digest) {
+                return Ok(Ok(Some(known.clone())));
             }
             match self.take()? {
-                Some(Ok(supports)) if supports.digest() == digest => self.known = Some(supports.interned()),
+                Some(Ok(supports)) if supports.digest() == digest => self.known = Some(supports),
                 // An earlier mapper's.
                 Some(Ok(_)) => {}
                 Some(Err(rejected)) => return Ok(Err(rejected)),

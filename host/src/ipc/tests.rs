@@ -8,6 +8,7 @@ mod supports;
 use bhm_core::{
     geometry::Pose,
     profile::{self, Capacities, Profile},
+    scan::ScanHeader,
 };
 
 use super::*;
@@ -24,13 +25,15 @@ const SMALL: Profile =
 /// Seventeen beams along an arc that moves with the number.
 fn scan(number: u64) -> ScanRecord {
     ScanRecord {
-        stamp_ns: number * 100_000_000,
-        map_from_sensor: Pose::new(number as f32 * 0.1, -0.2, 0.05 * number as f32),
-        pose_covariance: None,
-        angle_min_rad: -0.8,
-        angle_increment_rad: 0.1,
-        range_min_m: 0.1,
-        range_max_m: 30.0,
+        header: ScanHeader {
+            stamp_ns: number * 100_000_000,
+            map_from_sensor: Pose::new(number as f32 * 0.1, -0.2, 0.05 * number as f32),
+            angle_min_rad: -0.8,
+            angle_increment_rad: 0.1,
+            range_min_m: 0.1,
+            range_max_m: 30.0,
+            ..ScanHeader::default()
+        },
         ranges_m: (0..17).map(|beam| 2.0 + 0.1 * beam as f32 + 0.01 * number as f32).collect(),
     }
 }

@@ -1,13 +1,14 @@
 use std::io;
 
 use bhm_core::{
-    geometry::Point,
-    mapper::{IntegrateReport, ScanRejected},
+    beam::Observation,
+    map::Map,
+    mapper::IntegrateReport,
     profile::{Capacities, Profile},
-    scan::Scan,
+    scan::{Scan, ScanRejected},
     settings::{Model, Settings, SettingsError},
     shape::{self, NotCompiled, ShapeVisitor},
-    tile::{Occupancy, OccupancyGradient, TileIndex},
+    tile::TileIndex,
 };
 
 use super::{CapacityError, OwnedMapper, PosteriorDigest, posterior_digest};
@@ -16,16 +17,16 @@ use crate::{
     supports::{LearnedSupports, SupportsError},
 };
 
-/// A map of any compiled shape, for programs that learn its shape at run time.
-pub trait AnyMap: Send {
+/// A map of any compiled shape, for programs that learn its shape at run time; it answers for archived tiles too.
+pub trait AnyMap: Map<2> + Send {
     /// What it was made with.
     fn settings(&self) -> &Settings;
 
     /// The supports of their own that some nodes have.
-    fn supports(&self) -> Option<&'static LearnedSupports>;
+    fn supports(&self) -> Option<&LearnedSupports>;
 
     /// The functions that queries use: those of the settings, with these supports.
-    fn model(&self) -> Model<'static>;
+    fn model(&self) -> &Model<'static, 2>;
 
     /// How much memory it was given.
     fn capacities(&self) -> &Capacities;
@@ -36,17 +37,11 @@ pub trait AnyMap: Send {
     /// If the scan as a whole is not usable.
     fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected>;
 
-    /// Learns labelled points.
+    /// Learns labelled observations.
     ///
     /// # Errors
-    /// If they do not fit the lent memory, or labels are missing.
-    fn integrate_points(&mut self, points_m: &[Point<2>], occupied: &[bool]) -> Result<IntegrateReport, ScanRejected>;
-
-    /// What the map says about a point, archived tiles included.
-    fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
-
-    /// How that changes with the point.
-    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient;
+    /// If there are more than the map's memory holds.
+    fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected>;
 
     /// Tiles in the store and in the archive.
     fn tile_counts(&self) -> (usize, usize);
@@ -78,12 +73,12 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
         self.mapper().settings()
     }
 
-    fn supports(&self) -> Option<&'static LearnedSupports> {
+    fn supports(&self) -> Option<&LearnedSupports> {
         self.supports()
     }
 
-    fn model(&self) -> Model<'static> {
-        self.model()
+    fn model(&self) -> &Model<'static, 2> {
+        self.mapper().model()
     }
 
     fn capacities(&self) -> &Capacities {
@@ -94,16 +89,8 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
         self.integrate(scan)
     }
 
-    fn integrate_points(&mut self, points_m: &[Point<2>], occupied: &[bool]) -> Result<IntegrateReport, ScanRejected> {
-        self.integrate_points(points_m, occupied)
-    }
-
-    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
-        self.view().occupancy(point_m)
-    }
-
-    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient {
-        self.view().gradient(point_m)
+    fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected> {
+        self.integrate_observations(observations)
     }
 
     fn tile_counts(&self) -> (usize, usize) {
@@ -115,7 +102,7 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
     }
 
     fn bytes(&self) -> (usize, usize) {
-        (self.bytes(), size_of::<bhm_core::tile::Tile<M, B>>())
+        (self.bytes(), size_of::<bhm_core::tile::Tile<2, M, B>>())
     }
 
     fn progress(&self) -> (u64, u64) {
@@ -160,8 +147,8 @@ pub enum UnknownShape {
 /// # Errors
 /// Settings that contradict themselves, or ask for too much memory.
 pub fn shape(profile: &Profile) -> Result<(usize, usize), UnknownShape> {
-    let window = profile.settings.model()?.tiling.window(&[0, 0]);
-    let shape = (window.supports(), window.band(profile.settings.stencil));
+    profile.settings.model()?;
+    let shape = (profile.settings.supports(), profile.settings.band());
     super::capacity::check(&profile.capacities, shape)?;
     Ok(shape)
 }
@@ -178,16 +165,13 @@ pub fn open(profile: &Profile) -> Result<Box<dyn AnyMap>, UnknownShape> {
 ///
 /// # Errors
 /// As [`open`]; also if the supports were learned on another lattice, or reach beyond the stencil.
-pub fn open_with(
-    profile: &Profile,
-    supports: Option<&'static LearnedSupports>,
-) -> Result<Box<dyn AnyMap>, UnknownShape> {
+pub fn open_with(profile: &Profile, supports: Option<LearnedSupports>) -> Result<Box<dyn AnyMap>, UnknownShape> {
     shape::visit(shape(profile)?, Open { profile, supports })?
 }
 
 struct Open<'a> {
     profile: &'a Profile,
-    supports: Option<&'static LearnedSupports>,
+    supports: Option<LearnedSupports>,
 }
 
 impl ShapeVisitor for Open<'_> {

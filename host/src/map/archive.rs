@@ -14,7 +14,7 @@ pub struct TileArchive<const M: usize, const B: usize> {
 
 #[derive(Debug)]
 struct Place<const M: usize, const B: usize> {
-    tile: Box<Tile<M, B>>,
+    tile: Box<Tile<2, M, B>>,
     /// Whether the tile is here rather than in the store.
     here: bool,
 }
@@ -40,27 +40,27 @@ impl<const M: usize, const B: usize> TileArchive<M, B> {
 
     /// The tile of that index, if it is here.
     #[must_use]
-    pub fn get(&self, index: &TileIndex<2>) -> Option<&Tile<M, B>> {
+    pub fn get(&self, index: &TileIndex<2>) -> Option<&Tile<2, M, B>> {
         self.places.get(index).filter(|place| place.here).map(|place| &*place.tile)
     }
 
     /// The tiles kept, in ascending order of index.
-    pub fn iter(&self) -> impl Iterator<Item = &Tile<M, B>> {
+    pub fn iter(&self) -> impl Iterator<Item = &Tile<2, M, B>> {
         self.places.values().filter(|place| place.here).map(|place| &*place.tile)
     }
 }
 
-impl<const M: usize, const B: usize> Archive<M, B> for TileArchive<M, B> {
-    fn keep(&mut self, tile: &Tile<M, B>) -> bool {
+impl<const M: usize, const B: usize> Archive<2, M, B> for TileArchive<M, B> {
+    fn keep(&mut self, tile: &Tile<2, M, B>) -> bool {
         let place =
-            self.places.entry(tile.index).or_insert_with(|| Place { tile: super::owned::zeroed_box(), here: false });
+            self.places.entry(tile.index).or_insert_with(|| Place { tile: super::zeroed::zeroed_box(), here: false });
         place.tile.clone_from_in_place(tile);
         self.len += usize::from(!place.here);
         place.here = true;
         true
     }
 
-    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool {
+    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<2, M, B>) -> bool {
         let Some(place) = self.places.get_mut(index).filter(|place| place.here) else { return false };
         tile.clone_from_in_place(&place.tile);
         place.here = false;

@@ -6,7 +6,7 @@ pub const MAX_TILE_BYTES: usize = 1 << 30;
 
 /// Largest capacities for the observations, rows and tiles of one scan: far above what any profile needs, and low enough
 /// that a file or a flag that asks for them cannot exhaust a computer.
-const MAX_POINTS: usize = 1 << 18;
+const MAX_OBSERVATIONS: usize = 1 << 18;
 const MAX_ROWS: usize = 1 << 18;
 const MAX_TOUCHED: usize = 1 << 16;
 
@@ -24,12 +24,12 @@ pub struct CapacityError {
 
 /// Checks capacities before anything is allocated by them, for tiles of this shape (supports, band).
 pub(crate) fn check(capacities: &Capacities, (supports, band): (usize, usize)) -> Result<(), CapacityError> {
-    let Capacities { tiles, points, rows, touched } = *capacities;
+    let Capacities { tiles, observations, rows, touched } = *capacities;
     // Λ and Σ are nearly all of a tile.
     let tile_bytes = supports.saturating_mul(band).saturating_mul(2 * size_of::<f32>()).max(1);
     for (name, value, max) in [
         ("number of tile slots", tiles, (MAX_TILE_BYTES / tile_bytes).max(1)),
-        ("capacity for observations", points, MAX_POINTS),
+        ("capacity for observations", observations, MAX_OBSERVATIONS),
         ("capacity for rows", rows, MAX_ROWS),
         ("capacity for touched tiles", touched, MAX_TOUCHED),
     ] {
@@ -48,8 +48,7 @@ mod tests {
     #[test]
     fn every_profile_fits_and_excess_is_named() {
         for profile in profile::ALL {
-            let window = profile.settings.model().unwrap().tiling.window(&[0, 0]);
-            let shape = (window.supports(), window.band(profile.settings.stencil));
+            let shape = (profile.settings.supports(), profile.settings.band());
             assert_eq!(check(&profile.capacities, shape), Ok(()), "{}", profile.name);
             for tiles in [0, usize::MAX] {
                 let error = check(&Capacities { tiles, ..profile.capacities }, shape).unwrap_err();

@@ -6,10 +6,12 @@ mod archive;
 mod capacity;
 mod digest;
 mod owned;
+mod zeroed;
 
 pub use any::{AnyMap, UnknownShape, open, open_with, shape};
 pub use archive::TileArchive;
 pub(crate) use capacity::check as check_capacities;
 pub use capacity::{CapacityError, MAX_TILE_BYTES};
 pub use digest::{PosteriorDigest, posterior_digest};
-pub use owned::{Everywhere, OwnedMapper, zeroed_box};
+pub use owned::{Everywhere, OwnedMapper, memory_for};
+pub(crate) use zeroed::zeroed_box;

@@ -1,108 +1,81 @@
-use std::ptr::NonNull;
-
 use bhm_core::{
-    beam::LabelledPlace,
-    geometry::Point,
-    lattice::Node,
-    mapper::{IntegrateReport, Mapper, Memory, ScanRejected},
-    posterior::{Entry, Posterior, PosteriorView, RowState, Scratch},
+    beam::Observation,
+    map::{Map, TileRef, Viewed},
+    mapper::{IntegrateReport, Link, Mapper, Memory, ObservationSlot, TouchedTile},
+    posterior::{PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
-    scan::Scan,
-    settings::{Model, SettingsError},
+    scan::{Scan, ScanHeader, ScanRejected},
+    settings::SettingsError,
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };
 
-use super::{TileArchive, UnknownShape};
+use super::{
+    TileArchive, UnknownShape,
+    zeroed::{zeroed_box, zeroed_slice},
+};
 use crate::supports::{LearnedSupports, table_of};
 
-/// A value that is plain numbers: all-zero bytes are valid.
+/// The memory that a profile asks for, on the heap, without a map in it.
 ///
-/// # Safety
-/// The type must be made of integers, floating-point numbers and arrays of them only.
-unsafe trait PlainNumbers {}
-
-// SAFETY: a tile is integers, floats and arrays of floats; its own documentation says that zero is a vacant tile.
-unsafe impl<const M: usize, const B: usize> PlainNumbers for Tile<M, B> {}
-// SAFETY: a posterior is floats and arrays of floats.
-unsafe impl<const M: usize, const B: usize> PlainNumbers for Posterior<M, B> {}
-// SAFETY: scratch is floats and arrays of floats.
-unsafe impl<const M: usize, const B: usize> PlainNumbers for Scratch<M, B> {}
-
-/// Zeroed memory of a tile, a posterior or scratch: nothing large crosses the stack.
-#[expect(private_bounds, reason = "the trait is this module's own list of types that may be zeroed")]
+/// The settings must be usable: what is allocated is sized by them.
 #[must_use]
-pub fn zeroed_box<T: PlainNumbers>() -> Box<T> {
-    // SAFETY: the bytes are zero, which `PlainNumbers` says is a value of T.
-    unsafe { Box::<T>::new_zeroed().assume_init() }
-}
-
-fn zeroed_slice<T: PlainNumbers>(len: usize) -> Box<[T]> {
-    // SAFETY: the bytes are zero, which `PlainNumbers` says is a value of T.
-    unsafe { Box::<[T]>::new_zeroed_slice(len).assume_init() }
-}
-
-/// What a mapper works in. Allocated zeroed and in place: nothing large crosses the stack, and memory that is never
-/// touched is never committed.
-struct Storage<const M: usize, const B: usize> {
-    tiles: Box<[Tile<M, B>]>,
-    directory: Vec<DirectoryEntry>,
-    scratch: Box<Scratch<M, B>>,
-    places: Vec<LabelledPlace>,
-    firsts: Vec<Option<Node<2>>>,
-    touched: Vec<TileIndex<2>>,
-    entries: Vec<Entry>,
-    states: Vec<RowState>,
-}
-
-impl<const M: usize, const B: usize> Storage<M, B> {
-    fn new(capacities: &Capacities, stencil: usize) -> Self {
-        let Capacities { tiles, points, rows, touched } = *capacities;
-        Self {
-            tiles: zeroed_slice(tiles),
-            directory: vec![DirectoryEntry::default(); tiles],
-            scratch: zeroed_box(),
-            places: vec![LabelledPlace::default(); points],
-            firsts: vec![None; points],
-            touched: vec![[0; 2]; touched],
-            entries: vec![Entry::default(); rows * stencil * stencil],
-            states: vec![RowState::default(); rows],
-        }
-    }
-
-    fn lend(&mut self, supports: Option<&'static LearnedSupports>) -> Memory<'_, M, B> {
-        Memory {
-            tiles: &mut self.tiles,
-            directory: &mut self.directory,
-            scratch: &mut self.scratch,
-            places: &mut self.places,
-            firsts: &mut self.firsts,
-            touched: &mut self.touched,
-            entries: &mut self.entries,
-            states: &mut self.states,
-            supports: table_of(supports),
-        }
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&*self.tiles)
-            + size_of_val(&*self.directory)
-            + size_of_val(&*self.scratch)
-            + size_of_val(&*self.places)
-            + size_of_val(&*self.firsts)
-            + size_of_val(&*self.touched)
-            + size_of_val(&*self.entries)
-            + size_of_val(&*self.states)
+pub fn memory_for<const M: usize, const B: usize>(
+    profile: &Profile,
+    supports: Option<&LearnedSupports>,
+) -> Memory<'static, 2, M, B> {
+    let Capacities { tiles, observations, rows, touched } = profile.capacities;
+    Memory {
+        tiles: zeroed_slice::<Tile<2, M, B>>(tiles).into(),
+        directory: boxed(DirectoryEntry::VACANT, tiles).into(),
+        scratch: zeroed_box::<Scratch<M, B>>().into(),
+        observations: boxed(ObservationSlot::VACANT, observations).into(),
+        features: boxed(0.0, observations * profile.settings.stencil_nodes()).into(),
+        links: boxed(Link::VACANT, observations << 2).into(),
+        touched: boxed(TouchedTile::VACANT, touched).into(),
+        rows: boxed(RowState::ZERO, rows).into(),
+        supports: table_of(supports),
     }
 }
 
-/// A mapper together with its memory, and an archive for the tiles that leave its store.
+fn boxed<T: Clone>(value: T, len: usize) -> Box<[T]> {
+    vec![value; len].into_boxed_slice()
+}
+
+/// Bytes of a mapper's memory.
+fn bytes_of<const M: usize, const B: usize>(memory: &Memory<'_, 2, M, B>) -> usize {
+    let Memory { tiles, directory, scratch, observations, features, links, touched, rows, supports: _ } = memory;
+    size_of_val(&**tiles)
+        + size_of_val(&**directory)
+        + size_of_val(&**scratch)
+        + size_of_val(&**observations)
+        + size_of_val(&**features)
+        + size_of_val(&**links)
+        + size_of_val(&**touched)
+        + size_of_val(&**rows)
+}
+
+/// A mapper that owns its memory, and an archive for the tiles that leave its store.
+///
+/// ```
+/// use bhm_core::{geometry::Pose, map::Map, profile::INDOOR, scan::{Scan, ScanHeader}};
+/// use bhm_host::map::OwnedMapper;
+///
+/// let mut map = OwnedMapper::<144, 40>::new(&INDOOR)?;
+/// let header = ScanHeader {
+///     map_from_sensor: Pose::new(0.0, 0.0, 0.0),
+///     angle_min_rad: -0.5,
+///     angle_increment_rad: 0.1,
+///     range_max_m: 30.0,
+///     ..ScanHeader::default()
+/// };
+/// map.integrate(&Scan { header, ranges_m: &[2.0; 11] }).unwrap();
+/// assert!(map.occupancy(&[2.0, 0.0].into()).probability > 0.5, "a wall ahead");
+/// # Ok::<(), bhm_core::settings::SettingsError>(())
+/// ```
 pub struct OwnedMapper<const M: usize, const B: usize> {
-    /// Borrows from `storage`, whatever its lifetime says; never handed out with that lifetime.
-    mapper: Mapper<'static, M, B>,
+    mapper: Mapper<'static, 2, M, B>,
     archive: TileArchive<M, B>,
-    storage: NonNull<Storage<M, B>>,
-    supports: Option<&'static LearnedSupports>,
-    model: Model<'static>,
+    supports: Option<LearnedSupports>,
     capacities: Capacities,
     bytes: usize,
 }
@@ -120,41 +93,23 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     ///
     /// # Errors
     /// Also if the supports were learned on another lattice.
-    pub fn with_supports(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Result<Self, UnknownShape> {
-        supports.map_or(Ok(()), |supports| supports.matches(&profile.settings))?;
+    pub fn with_supports(profile: &Profile, supports: Option<LearnedSupports>) -> Result<Self, UnknownShape> {
+        supports.as_ref().map_or(Ok(()), |supports| supports.matches(&profile.settings))?;
         Ok(Self::build(profile, supports)?)
     }
 
-    fn build(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Result<Self, SettingsError> {
+    fn build(profile: &Profile, supports: Option<LearnedSupports>) -> Result<Self, SettingsError> {
         // Checked before anything is sized by it.
-        let model = profile.settings.model_with(table_of(supports))?;
-        let storage = Box::new(Storage::new(&profile.capacities, profile.settings.stencil));
-        let bytes = storage.bytes();
-        let storage = NonNull::from(Box::leak(storage));
-        // SAFETY: the storage was just leaked, so this is the only borrow of it; it lives until `drop`, which happens after
-        // the last use of the mapper, and no method hands the mapper out with the lifetime 'static.
-        let memory = unsafe { (*storage.as_ptr()).lend(supports) };
-        match Mapper::new(profile.settings, memory) {
-            Ok(mapper) => Ok(Self {
-                mapper,
-                archive: TileArchive::default(),
-                storage,
-                supports,
-                model,
-                capacities: profile.capacities,
-                bytes,
-            }),
-            Err(error) => {
-                // SAFETY: leaked above, and the mapper that borrowed it does not exist.
-                drop(unsafe { Box::from_raw(storage.as_ptr()) });
-                Err(error)
-            }
-        }
+        profile.settings.model_with(table_of(supports.as_ref()))?.tiling.check(M, B)?;
+        let memory = memory_for(profile, supports.as_ref());
+        let bytes = bytes_of(&memory);
+        let mapper = Mapper::new(profile.settings, memory)?;
+        Ok(Self { mapper, archive: TileArchive::default(), supports, capacities: profile.capacities, bytes })
     }
 
     /// The mapper.
     #[must_use]
-    pub fn mapper<'a>(&'a self) -> &'a Mapper<'a, M, B> {
+    pub fn mapper(&self) -> &Mapper<'static, 2, M, B> {
         &self.mapper
     }
 
@@ -172,19 +127,13 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
 
     /// The supports of their own that some nodes have.
     #[must_use]
-    pub fn supports(&self) -> Option<&'static LearnedSupports> {
-        self.supports
-    }
-
-    /// The functions that queries use.
-    #[must_use]
-    pub fn model(&self) -> Model<'static> {
-        self.model
+    pub fn supports(&self) -> Option<&LearnedSupports> {
+        self.supports.as_ref()
     }
 
     /// Every tile, resident or archived, in ascending order of index.
     #[must_use]
-    pub fn all_tiles(&self) -> Vec<&Tile<M, B>> {
+    pub fn all_tiles(&self) -> Vec<&Tile<2, M, B>> {
         let mut tiles: Vec<_> = self.mapper.tiles().iter().chain(self.archive.iter()).collect();
         tiles.sort_unstable_by_key(|tile| tile.index);
         tiles
@@ -198,9 +147,8 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
 
     /// Every tile, resident or archived, as one map.
     #[must_use]
-    pub fn view(&self) -> MapView<'_, Everywhere<'_, M, B>, M, B> {
-        let tiles = Everywhere { store: self.mapper.tiles(), archive: &self.archive };
-        MapView { basis: self.mapper.basis(), tiling: self.mapper.tiling(), prior: self.mapper.prior(), tiles }
+    pub fn view(&self) -> MapView<'_, Everywhere<'_, M, B>, 2, M, B> {
+        self.mapper.model().view(Everywhere { store: self.mapper.tiles(), archive: &self.archive })
     }
 
     /// Learns a scan; see [`Mapper::integrate`].
@@ -208,33 +156,21 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// # Errors
     /// If the scan as a whole is not usable.
     pub fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { integrate_avx2(&mut self.mapper, scan, &mut self.archive) };
-        }
-        self.mapper.integrate(scan, &mut self.archive)
+        let Self { mapper, archive, .. } = self;
+        vectorised(|| mapper.integrate(scan, archive))
     }
 
-    /// Learns labelled points; see [`Mapper::integrate_points`].
+    /// Learns labelled observations; see [`Mapper::integrate_observations`].
     ///
     /// # Errors
-    /// If they do not fit the lent memory, or labels are missing.
-    pub fn integrate_points(
-        &mut self,
-        points_m: &[Point<2>],
-        occupied: &[bool],
-    ) -> Result<IntegrateReport, ScanRejected> {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2.
-            return unsafe { integrate_points_avx2(&mut self.mapper, points_m, occupied, &mut self.archive) };
-        }
-        self.mapper.integrate_points(points_m, occupied, &mut self.archive)
+    /// If there are more than the memory holds.
+    pub fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected> {
+        let Self { mapper, archive, .. } = self;
+        vectorised(|| mapper.integrate_observations(observations, archive))
     }
 
     /// Continues a saved map: counters, and every tile, those that do not fit the store going to the archive.
-    pub fn resume<'t>(&mut self, scans: u64, newest_stamp_ns: u64, tiles: impl IntoIterator<Item = &'t Tile<M, B>>) {
+    pub fn resume<'t>(&mut self, scans: u64, newest_stamp_ns: u64, tiles: impl IntoIterator<Item = &'t Tile<2, M, B>>) {
         self.mapper.resume(scans, newest_stamp_ns);
         for tile in tiles {
             self.restore_tile(tile);
@@ -242,55 +178,56 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     }
 
     /// Puts a saved tile back: into the store while it has room, else into the archive.
-    pub fn restore_tile(&mut self, tile: &Tile<M, B>) {
+    pub fn restore_tile(&mut self, tile: &Tile<2, M, B>) {
         if self.mapper.restore_tile(tile).is_err() {
             self.archive.keep(tile);
         }
     }
 }
 
-impl<const M: usize, const B: usize> Drop for OwnedMapper<M, B> {
-    fn drop(&mut self) {
-        // SAFETY: leaked in `new`; the mapper that borrows it has no destructor and is not used again.
-        drop(unsafe { Box::from_raw(self.storage.as_ptr()) });
+/// Runs the inlined core compiled for the widest vectors that this processor has (AVX2 on x86-64). No fused multiply–add is
+/// used: the results are the same bit for bit.
+fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    struct Work<F>(F);
+
+    impl<R, F: FnOnce() -> R> pulp::NullaryFnOnce for Work<F> {
+        type Output = R;
+
+        #[inline(always)]
+        fn call(self) -> R {
+            (self.0)()
+        }
     }
+
+    pulp::Arch::new().dispatch(Work(work))
 }
 
-// SAFETY: the storage is reached through the mapper alone, which this value owns.
-unsafe impl<const M: usize, const B: usize> Send for OwnedMapper<M, B> {}
-
-/// The same inlined core, compiled for wider vectors. No fused multiply–add: the results are the same bit for bit.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn integrate_avx2<const M: usize, const B: usize>(
-    mapper: &mut Mapper<'_, M, B>,
-    scan: &Scan<'_>,
-    archive: &mut TileArchive<M, B>,
-) -> Result<IntegrateReport, ScanRejected> {
-    mapper.integrate(scan, archive)
-}
-
-/// See [`integrate_avx2`].
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn integrate_points_avx2<const M: usize, const B: usize>(
-    mapper: &mut Mapper<'_, M, B>,
-    points_m: &[Point<2>],
-    occupied: &[bool],
-    archive: &mut TileArchive<M, B>,
-) -> Result<IntegrateReport, ScanRejected> {
-    mapper.integrate_points(points_m, occupied, archive)
+impl<const M: usize, const B: usize> Viewed<2> for OwnedMapper<M, B> {
+    fn as_map(&self) -> impl Map<2> + '_ {
+        self.view()
+    }
 }
 
 /// Tiles wherever they are: in the store or in the archive.
 #[derive(Clone, Copy, Debug)]
 pub struct Everywhere<'a, const M: usize, const B: usize> {
-    store: &'a TileStore<'a, M, B>,
+    store: &'a TileStore<'static, 2, M, B>,
     archive: &'a TileArchive<M, B>,
 }
 
-impl<const M: usize, const B: usize> TileSource<M, B> for Everywhere<'_, M, B> {
+impl<const M: usize, const B: usize> TileSource<2, M, B> for Everywhere<'_, M, B> {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         self.store.get(index).or_else(|| self.archive.get(index)).map(|tile| tile.posterior.view())
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
+        let mut archived = self.archive.iter().peekable();
+        for resident in self.store.iter() {
+            while let Some(tile) = archived.next_if(|tile| tile.index < resident.index) {
+                visit(&tile.as_ref());
+            }
+            visit(&resident.as_ref());
+        }
+        archived.for_each(|tile| visit(&tile.as_ref()));
     }
 }

@@ -28,6 +28,7 @@ mod worlds;
 #[cfg(test)]
 mod tests;
 
+use bhm_core::scan::ScanHeader;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -105,13 +106,15 @@ impl Iterator for Simulation {
         let stamp_ns = FIRST_STAMP_NS + self.taken as u64 * self.trajectory.period_ns();
         self.taken += 1;
         Some(ScanRecord {
-            stamp_ns,
-            map_from_sensor: self.pose_noise.perturb(true_pose, &mut self.pose_rng),
-            pose_covariance: self.pose_noise.covariance(),
-            angle_min_rad: self.lidar.angle_min_rad(),
-            angle_increment_rad: self.lidar.angle_increment_rad(),
-            range_min_m: self.lidar.range_min_m,
-            range_max_m: self.lidar.range_max_m,
+            header: ScanHeader {
+                stamp_ns,
+                map_from_sensor: self.pose_noise.perturb(true_pose, &mut self.pose_rng),
+                pose_covariance: self.pose_noise.covariance(),
+                angle_min_rad: self.lidar.angle_min_rad(),
+                angle_increment_rad: self.lidar.angle_increment_rad(),
+                range_min_m: self.lidar.range_min_m,
+                range_max_m: self.lidar.range_max_m,
+            },
             ranges_m: self.lidar.measure(&self.world.at(stamp_ns), true_pose, &mut self.rng),
         })
     }

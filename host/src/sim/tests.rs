@@ -1,6 +1,7 @@
 //! The scenes against naive oracles, and the simulation as a whole.
 
 use bhm_core::geometry::Pose;
+use bhm_core::scan::ScanHeader;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -158,7 +159,11 @@ fn noisy_poses_are_reported_but_scans_taken_from_the_true_ones() {
         let (reported, pose) = (off.map_from_sensor, exact.map_from_sensor);
         square_m2 += f64::from((reported.x_m - pose.x_m).powi(2) + (reported.y_m - pose.y_m).powi(2));
         square_rad2 += f64::from((reported.theta_rad - pose.theta_rad).powi(2));
-        assert_eq!(ScanRecord { map_from_sensor: pose, pose_covariance: None, ..off }, exact, "all but the pose stays");
+        assert_eq!(
+            ScanRecord { header: ScanHeader { map_from_sensor: pose, pose_covariance: None, ..off.header }, ..off },
+            exact,
+            "all but the pose stays"
+        );
     }
     // A mean of n squares of normal errors has the relative deviation √(2/n); five of them.
     let scans = scene.trajectory().poses().len() as f64;

@@ -8,7 +8,7 @@ use bhm_core::{
 use super::{Extras, FILE_KIND, Snapshot, SnapshotError, header::Header, record};
 use crate::{
     map::{OwnedMapper, UnknownShape, check_capacities, zeroed_box},
-    supports::{Coded, LearnedSupports},
+    supports::Coded,
 };
 
 /// Reads a map from the bytes of a map file.
@@ -33,8 +33,7 @@ pub fn decode(bytes: &[u8]) -> Result<Snapshot, SnapshotError> {
 /// Builds the map of a header whose values are plausible, if there is one of its shape.
 fn build(header: Header, records: &[u8]) -> Result<Snapshot, SnapshotError> {
     let model = header.settings.model().map_err(UnknownShape::from)?;
-    let window = model.tiling.window(&[0, 0]);
-    let shape = (window.supports(), window.band(header.settings.stencil));
+    let shape = (header.settings.supports(), header.settings.band());
     if (header.shape[0] as usize, header.shape[1] as usize) != shape {
         return Err(SnapshotError::HeaderValue { name: "shape", expected: "that of the settings" });
     }
@@ -67,17 +66,12 @@ fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Re
     let Header { settings, capacities, supports, profile, path_m, scans, newest_stamp_ns, tiles, .. } = header;
     let named = Profile { name: "", purpose: "", settings, capacities };
     let supports = supports.map(Coded::supports).transpose().map_err(UnknownShape::from)?;
-    // Leaked once it is known that a map can be made with them: not for a file that is only a trial.
-    if let Some(supports) = &supports {
-        supports.matches(&settings).map_err(UnknownShape::from)?;
-        settings.model_with(supports.table()).map_err(UnknownShape::from)?;
-    }
-    let mut map = OwnedMapper::<M, B>::with_supports(&named, supports.map(LearnedSupports::interned))?;
+    let mut map = OwnedMapper::<M, B>::with_supports(&named, supports)?;
     map.resume(scans, newest_stamp_ns, []);
     let mut keyed: Vec<_> = tiles.iter().zip(records.chunks_exact(record::record_bytes(M, B))).collect();
     // The store evicts the least recently touched, the lowest index first: what it held are the last in that order.
     keyed.sort_unstable_by_key(|(key, _)| Reverse((key.touched_at, key.index)));
-    let mut tile = zeroed_box::<bhm_core::tile::Tile<M, B>>();
+    let mut tile = zeroed_box::<bhm_core::tile::Tile<2, M, B>>();
     for (key, record) in keyed {
         (tile.index, tile.updates, tile.touched_at) = (key.index, key.updates, key.touched_at);
         record::read(record, &mut tile.posterior)

@@ -1,16 +1,12 @@
 use bhm_core::{
     lattice::MAX_NODE,
     profile::Capacities,
-    rule::{AnyRule, XiStart},
     settings::Settings,
     tile::{TileIndex, Tiling},
 };
 use serde::{Deserialize, Serialize};
 
-use super::{
-    SnapshotError,
-    settings::{CapacitiesDef, SettingsDef},
-};
+use super::SnapshotError;
 use crate::supports::Coded;
 
 /// Widest tile, in supports a side, that is considered at all: far beyond any that is compiled, so that sizes cannot overflow.
@@ -24,9 +20,7 @@ const MAX_NAME_BYTES: usize = 64;
 pub(super) struct Header {
     /// `M` and `B`.
     pub(super) shape: [u32; 2],
-    #[serde(with = "SettingsDef")]
     pub(super) settings: Settings,
-    #[serde(with = "CapacitiesDef")]
     pub(super) capacities: Capacities,
     /// Supports of their own that some nodes have.
     pub(super) supports: Option<Coded>,
@@ -49,12 +43,11 @@ pub(super) struct TileKey {
 impl Header {
     /// What no map's header says, found before anything is built from it.
     pub(super) fn check(&self) -> Result<(), SnapshotError> {
-        let settings = &self.settings;
-        let sides = settings.tile_width.iter().chain(&settings.tile_stride);
+        let tile = &self.settings.tile;
+        let sides = tile.width.iter().chain(&tile.stride);
         for (name, expected, good) in [
             ("tile size", "at most 4096 supports a side", sides.clone().all(|side| *side <= MAX_SIDE)),
-            ("stencil", "at most 4096 supports a side", settings.stencil <= MAX_SIDE),
-            ("update rule", "positive numbers", rule_is_usable(&settings.rule)),
+            ("stencil", "at most 4096 supports a side", tile.stencil <= MAX_SIDE),
             ("profile", "a name of at most 64 bytes", is_name(&self.profile)),
             ("path", "finite numbers", self.path_m.as_flattened().iter().all(|metres| metres.is_finite())),
             ("tiles", "each once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
@@ -83,14 +76,4 @@ impl Header {
 
 fn is_name(name: &str) -> bool {
     name.len() <= MAX_NAME_BYTES && !name.chars().any(char::is_control)
-}
-
-fn rule_is_usable(rule: &AnyRule) -> bool {
-    let xi = match rule {
-        AnyRule::GaussianVariational(rule) => rule.xi_cap,
-        AnyRule::JaakkolaJordan(rule) => match rule.start {
-            XiStart::Constant(xi) | XiStart::PredictedUpTo(xi) => xi,
-        },
-    };
-    xi > 0.0 && xi.is_finite()
 }

@@ -19,15 +19,13 @@
 //! Learned supports are part of what a map says, so that a map file holds them whole (see [`supports`](crate::supports)): it
 //! needs no other file to be asked or continued.
 //!
-//! Version 2 has settings of supports, beam rules and segments, choices by name, and learned supports; version 1 had none
-//! of these. The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
+//! Version 3 has settings as the core encodes them, each with what means it; versions 1 and 2 had a list of numbers. The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
 
 mod decode;
 mod encode;
 mod error;
 mod header;
 mod record;
-mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -43,7 +41,7 @@ use crate::{
 };
 
 /// The format version that is written, and the only one that is read.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 const FILE_KIND: FileKind = FileKind { magic: *b"BHM map\n", version: VERSION, name: "a map file" };
 

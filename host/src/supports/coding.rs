@@ -1,30 +1,33 @@
 //! Supports as plain values, for files and messages: kinds by name, and numbers.
 
 use bhm_core::{
-    kernel::KernelChoice,
     lattice::Window,
-    support::{AnySupport, SupportChoice, SupportNumbers},
+    support::{AnySupport, SupportNumbers, SupportSettings},
 };
 use serde::{Deserialize, Serialize};
 
 use super::{LearnedSupports, LearnedWith, SupportsError, table::node_of};
 
 /// Which kinds of support the numbers of a file or message stand for; `None` for one that is not known here.
-pub(crate) struct Kinds(Vec<Option<SupportChoice>>);
+pub(crate) struct Kinds(Vec<Option<&'static str>>);
 
 impl Kinds {
     /// From names in their order. There may be names of kinds that no support is of.
     pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> Self {
-        let known = |name| SupportChoice::ALL.iter().copied().find(|kind| kind.name() == name);
-        Self(names.into_iter().map(known).collect())
+        Self(names.into_iter().map(|name| Self::names().find(|known| *known == name)).collect())
     }
 
-    /// A kind's number among [`SupportChoice::ALL`], which is the order in which names are written.
-    pub(crate) fn number_of(kind: SupportChoice) -> u32 {
-        SupportChoice::ALL.iter().position(|other| *other == kind).unwrap_or_default() as u32
+    /// The names of every kind there is, in the order in which they are written.
+    pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+        SupportSettings::ALL.iter().map(SupportSettings::name)
     }
 
-    /// The supports of these kinds and numbers, the first that is none being an error with the node it stands for.
+    /// The number of a support's kind among [`names`](Self::names).
+    pub(crate) fn number_of(support: &AnySupport<2>) -> u32 {
+        Self::names().position(|name| name == support.name()).unwrap_or_default() as u32
+    }
+
+    /// The supports of these kinds and numbers; the first invalid one is an error with the node it stands for.
     pub(crate) fn supports(
         &self,
         window: &Window<2>,
@@ -34,8 +37,8 @@ impl Kinds {
             let node = node_of(window, index);
             let known = self.0.get(kind as usize).copied().flatten().ok_or(SupportsError::Kind { node, kind })?;
             let finite = numbers.iter().all(|number| number.is_finite());
-            let support = finite.then(|| known.with_numbers(&numbers)).flatten();
-            support.ok_or(SupportsError::Numbers { node, kind: known.name() })
+            let support = finite.then(|| AnySupport::with_numbers(known, &numbers)).flatten();
+            support.ok_or(SupportsError::Numbers { node, kind: known })
         };
         coded.enumerate().map(support).collect()
     }
@@ -48,10 +51,7 @@ pub(crate) struct Coded {
     spacing_m: f32,
     first: [i32; 2],
     width: [u32; 2],
-    /// By name.
-    kernel: String,
-    kernel_shape: f32,
-    source: String,
+    learned_with: Option<LearnedWith>,
     /// Names of the kinds, a line each: a list of strings would take many times the memory of its bytes in a file.
     kinds: String,
     supports: Vec<(u32, SupportNumbers)>,
@@ -59,26 +59,20 @@ pub(crate) struct Coded {
 
 impl Coded {
     pub(crate) fn of(supports: &LearnedSupports) -> Self {
-        let LearnedWith { kernel, kernel_shape, source } = supports.learned_with();
         Self {
             origin_m: supports.origin_m(),
             spacing_m: supports.spacing_m(),
             first: supports.window().first,
             width: supports.window().width.map(|width| width as u32),
-            kernel: kernel.name().to_owned(),
-            kernel_shape: *kernel_shape,
-            source: source.clone(),
-            kinds: SupportChoice::ALL.iter().map(|kind| kind.name()).collect::<Vec<_>>().join("\n"),
-            supports: supports.supports().iter().map(|s| (Kinds::number_of(s.choice()), s.numbers())).collect(),
+            learned_with: supports.learned_with().cloned(),
+            kinds: Kinds::names().collect::<Vec<_>>().join("\n"),
+            supports: supports.supports().iter().map(|s| (Kinds::number_of(s), s.numbers())).collect(),
         }
     }
 
     pub(crate) fn supports(self) -> Result<LearnedSupports, SupportsError> {
-        let kernel = KernelChoice::ALL.iter().find(|kernel| kernel.name() == self.kernel);
-        let kernel = *kernel.ok_or(SupportsError::Value { name: "kernel", expected: "a kernel that is known here" })?;
         let window = Window { first: self.first, width: self.width.map(|width| width as usize) };
         let supports = Kinds::named(self.kinds.lines()).supports(&window, self.supports.into_iter())?;
-        let learned_with = LearnedWith { kernel, kernel_shape: self.kernel_shape, source: self.source };
-        LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, learned_with)
+        LearnedSupports::new(self.origin_m, self.spacing_m, window, supports, self.learned_with)
     }
 }

@@ -4,7 +4,7 @@ use super::{LearnedSupports, SupportsBytesError, SupportsFileError, coding::Code
 use crate::framed::{self, FileKind};
 
 /// The format version that is written, and the only one that is read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 pub(super) const FILE_KIND: FileKind =
     FileKind { magic: *b"BHM sup\n", version: VERSION, name: "a file of learned supports" };

@@ -14,7 +14,6 @@
 mod coding;
 mod error;
 mod file;
-mod intern;
 mod relevance;
 mod table;
 #[cfg(test)]

@@ -1,7 +1,8 @@
 use bhm_core::{
-    beam::{AnyBeamRule, Beam, BeamTally, LabelledPlace, sort_beam},
+    beam::{BeamRule, Observation},
     lattice::{Lattice, Window},
     relevance::{NodeStatistics, Relevance, RelevanceSettings},
+    scan::Sweep,
     settings::{Settings, SettingsError},
     support::SupportTable,
 };
@@ -60,7 +61,7 @@ pub enum RelevanceError {
         /// Nodes.
         nodes: u128,
     },
-    /// The supports are none.
+    /// What was learned is not a usable table of supports.
     #[error(transparent)]
     Supports(#[from] SupportsError),
 }
@@ -78,11 +79,10 @@ pub fn learn_relevance<'a, S: IntoIterator<Item = &'a ScanRecord>>(
     source: String,
 ) -> Result<LearnedRelevance, RelevanceError> {
     // The widest stencil, so that no component misses the observations that its neighbours compete for.
-    let lattice = Lattice { stencil: 8, ..settings.fitted(SupportTable::EMPTY).model()?.basis.lattice };
-    let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
+    let lattice = Lattice { stencil: 8, ..settings.fitted(&SupportTable::EMPTY).model()?.basis.lattice };
     let mut first_pass = Extent::default();
     for scan in scans() {
-        observe(scan, settings, &rule, |place| first_pass.add(place, &lattice));
+        observe(scan, settings, |observation| first_pass.add(observation, &lattice));
     }
     let window = first_pass.window(lattice.stencil)?;
     if !(options.hit_weight > 0.0 && options.hit_weight.is_finite()) {
@@ -94,28 +94,23 @@ pub fn learn_relevance<'a, S: IntoIterator<Item = &'a ScanRecord>>(
     };
     for _ in 0..options.passes.max(1) {
         for scan in scans() {
-            observe(scan, settings, &rule, |place| {
-                relevance.observe(&place.place.middle_m(), if place.occupied { options.hit_weight } else { 1.0 });
+            observe(scan, settings, |Observation { place, occupied }| {
+                relevance.observe(&place.middle_m(), if *occupied { options.hit_weight } else { 1.0 });
             });
         }
         relevance.maximise();
     }
     let supports: Vec<_> = relevance.supports().collect();
-    let learned_with = LearnedWith { kernel: settings.kernel, kernel_shape: settings.kernel_shape, source };
-    let supports = LearnedSupports::new(settings.origin_m, settings.spacing_m, window, supports, learned_with)?;
+    let learned_with = LearnedWith { kernel: settings.kernel, source };
+    let supports = LearnedSupports::new(settings.origin_m, settings.spacing_m, window, supports, Some(learned_with))?;
     Ok(LearnedRelevance { supports, observations: first_pass.observations, unplaced: first_pass.unplaced })
 }
 
-/// What a scan says, place by place, before any lattice is known. Beams that cannot be used say nothing.
-pub fn observe(scan: &ScanRecord, settings: &Settings, rule: &AnyBeamRule, mut each: impl FnMut(&LabelledPlace)) {
-    let pose = scan.map_from_sensor;
-    let mut tally = BeamTally::default();
-    for (number, range_m) in scan.ranges_m.iter().enumerate() {
-        let Some(end) = sort_beam(*range_m, &scan.as_scan(), &settings.limits, &mut tally) else { continue };
-        let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
-        let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
-        rule.observe(&beam, &mut |place| {
-            each(&place);
+/// The observations that a scan gives under these settings, one by one, before any lattice is known.
+pub fn observe(scan: &ScanRecord, settings: &Settings, mut each: impl FnMut(&Observation<2>)) {
+    for ray in scan.as_scan().rays(&settings.limits) {
+        settings.beam.observe(&ray, settings.spacing_m, |observation| {
+            each(&observation);
             true
         });
     }
@@ -132,12 +127,12 @@ struct Extent {
 }
 
 impl Extent {
-    fn add(&mut self, place: &LabelledPlace, lattice: &Lattice<2>) {
-        let Some(stencil) = lattice.stencil_at(&place.place.middle_m()) else {
+    fn add(&mut self, observation: &Observation<2>, lattice: &Lattice<2>) {
+        let Some(stencil) = lattice.stencil_at(&observation.place.middle_m()) else {
             self.unplaced += 1;
             return;
         };
-        self.observations[usize::from(!place.occupied)] += 1;
+        self.observations[usize::from(!observation.occupied)] += 1;
         let [low, high] = self.firsts.get_or_insert([stencil.first; 2]);
         for axis in 0..2 {
             low[axis] = low[axis].min(stencil.first[axis]);
@@ -160,19 +155,20 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::{geometry::Pose, profile::COMPACT, support::AnySupport};
+    use bhm_core::{geometry::Pose, profile::COMPACT, scan::ScanHeader, support::AnySupport};
 
     /// A wall 3 m ahead along y, seen from places along it.
     fn scans() -> Vec<ScanRecord> {
         (0..40_u16)
             .map(|i| ScanRecord {
-                stamp_ns: u64::from(i),
-                map_from_sensor: Pose::new(0.0, f32::from(i) * 0.1, 0.0),
-                pose_covariance: None,
-                angle_min_rad: -0.5,
-                angle_increment_rad: 0.02,
-                range_min_m: 0.0,
-                range_max_m: 30.0,
+                header: ScanHeader {
+                    stamp_ns: u64::from(i),
+                    map_from_sensor: Pose::new(0.0, f32::from(i) * 0.1, 0.0),
+                    angle_min_rad: -0.5,
+                    angle_increment_rad: 0.02,
+                    range_max_m: 30.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: (0..50_u16).map(|beam| 3.2 / (f32::from(beam) * 0.02 - 0.5).cos()).collect(),
             })
             .collect()
@@ -203,7 +199,7 @@ mod tests {
         assert_eq!(learn(&[], &COMPACT.settings), Err(RelevanceError::Nothing));
         let fine = Settings { spacing_m: 1e-3, ..COMPACT.settings };
         let mut far = scans();
-        far[0].map_from_sensor = Pose::new(-60.0, -60.0, 0.0);
+        far[0].header.map_from_sensor = Pose::new(-60.0, -60.0, 0.0);
         assert!(matches!(learn(&far, &fine), Err(RelevanceError::TooLarge { .. })));
         let bad = Settings { spacing_m: f32::NAN, ..COMPACT.settings };
         assert!(matches!(learn(&scans(), &bad), Err(RelevanceError::Settings(_))));

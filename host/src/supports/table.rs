@@ -1,34 +1,34 @@
+use std::sync::Arc;
+
 use bhm_core::{
-    kernel::KernelChoice,
+    kernel::KernelSettings,
     lattice::Window,
     settings::Settings,
-    support::{AnySupport, SupportChoice, SupportTable},
+    support::{AnySupport, SupportSettings, SupportTable},
 };
+use serde::{Deserialize, Serialize};
 
-use super::{SupportsError, intern};
+use super::SupportsError;
 
 /// Longest text that says where supports were learned, bytes.
 pub const MAX_SOURCE_BYTES: usize = 1 << 12;
 
 /// What supports were learned with: for people, and not part of what a map says.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearnedWith {
     /// The kernel.
-    pub kernel: KernelChoice,
-    /// Its shape, in units of spacing².
-    pub kernel_shape: f32,
+    pub kernel: KernelSettings,
     /// From what and how, in words; empty where that is not known.
     pub source: String,
 }
 
-/// A support of its own for each lattice node of a window.
+/// A support of its own for each lattice node of a window. A copy shares the supports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedSupports {
     origin_m: [f32; 2],
     spacing_m: f32,
-    window: Window<2>,
-    supports: Vec<AnySupport<2>>,
-    learned_with: LearnedWith,
+    table: SupportTable<'static, 2>,
+    learned_with: Option<LearnedWith>,
     digest: u32,
 }
 
@@ -42,33 +42,33 @@ impl LearnedSupports {
         spacing_m: f32,
         window: Window<2>,
         supports: Vec<AnySupport<2>>,
-        learned_with: LearnedWith,
+        learned_with: Option<LearnedWith>,
     ) -> Result<Self, SupportsError> {
-        let LearnedWith { kernel: _, kernel_shape, source } = &learned_with;
+        let source_bytes = learned_with.as_ref().map_or(0, |with| with.source.len());
         for (name, expected, good) in [
             ("spacing", "a positive number of metres", spacing_m > 0.0 && spacing_m.is_finite()),
             ("origin", "finite numbers", origin_m.iter().all(|metres| metres.is_finite())),
-            ("kernel shape", "a positive number", *kernel_shape > 0.0 && kernel_shape.is_finite()),
-            ("source", "at most 4096 bytes", source.len() <= MAX_SOURCE_BYTES),
+            ("source", "at most 4096 bytes", source_bytes <= MAX_SOURCE_BYTES),
         ] {
             if !good {
                 return Err(SupportsError::Value { name, expected });
             }
         }
-        SupportTable::new(window, &supports)?;
+        let table = SupportTable::new(window, Arc::<[_]>::from(supports))?;
+        let supports = table.supports();
         if supports.is_empty() {
             return Err(SupportsError::Empty);
         }
         for (index, support) in supports.iter().enumerate() {
             // What is not the support of its own numbers would come out of a file as another one.
-            let (kind, numbers) = (support.choice(), support.numbers());
+            let (kind, numbers) = (support.name(), support.numbers());
             let finite = numbers.iter().all(|number| number.is_finite());
-            if !finite || kind.with_numbers::<2>(&numbers) != Some(*support) {
-                return Err(SupportsError::Numbers { node: node_of(&window, index), kind: kind.name() });
+            if !finite || AnySupport::with_numbers(kind, &numbers) != Some(*support) {
+                return Err(SupportsError::Numbers { node: node_of(&window, index), kind });
             }
         }
-        let digest = digest_of(origin_m, spacing_m, &window, &supports);
-        Ok(Self { origin_m, spacing_m, window, supports, learned_with, digest })
+        let digest = digest_of(origin_m, spacing_m, &window, supports);
+        Ok(Self { origin_m, spacing_m, table, learned_with, digest })
     }
 
     /// Where lattice node 0 sits, metres.
@@ -86,26 +86,25 @@ impl LearnedSupports {
     /// Which nodes have a support of their own.
     #[must_use]
     pub fn window(&self) -> &Window<2> {
-        &self.window
+        self.table.window()
     }
 
     /// Their supports, in the window's order.
     #[must_use]
     pub fn supports(&self) -> &[AnySupport<2>] {
-        &self.supports
+        self.table.supports()
     }
 
-    /// What they were learned with.
+    /// What the supports were learned with, where that is known: it does not travel through shared memory.
     #[must_use]
-    pub fn learned_with(&self) -> &LearnedWith {
-        &self.learned_with
+    pub fn learned_with(&self) -> Option<&LearnedWith> {
+        self.learned_with.as_ref()
     }
 
-    /// As the core takes them.
+    /// The supports as the core takes them.
     #[must_use]
-    pub fn table(&self) -> SupportTable<'_, 2> {
-        // `new` made sure that it is one.
-        SupportTable::new(self.window, &self.supports).unwrap_or(SupportTable::EMPTY)
+    pub fn table(&self) -> &SupportTable<'static, 2> {
+        &self.table
     }
 
     /// A checksum (CRC-32) of everything that decides what a map says: equal tables have equal digests, on every machine.
@@ -116,9 +115,9 @@ impl LearnedSupports {
     }
 
     /// How many supports there are of each kind that occurs.
-    pub fn kinds(&self) -> impl Iterator<Item = (SupportChoice, usize)> {
-        let count = |kind| self.supports.iter().filter(|support| support.choice() == kind).count();
-        SupportChoice::ALL.iter().map(move |kind| (*kind, count(*kind))).filter(|(_, count)| *count > 0)
+    pub fn kinds(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        let count = |kind| self.supports().iter().filter(|support| support.name() == kind).count();
+        SupportSettings::ALL.iter().map(move |kind| (kind.name(), count(kind.name()))).filter(|(_, count)| *count > 0)
     }
 
     /// Whether they stand on the lattice of a map with these settings.
@@ -135,21 +134,11 @@ impl LearnedSupports {
         }
         Ok(())
     }
-
-    /// The same supports for as long as the program runs; equal ones are the same memory.
-    ///
-    /// The core borrows a table, and a model that borrows is bound to where the table lies: maps, posteriors in shared
-    /// memory and whatever is asked through them would each carry a lifetime, to no use, since a program meets one or two
-    /// tables in its life. So a table is leaked, once for each distinct content however often it is loaded or received.
-    #[must_use]
-    pub fn interned(self) -> &'static Self {
-        intern::interned(self)
-    }
 }
 
 /// The table of supports that may be there.
-pub(crate) fn table_of(supports: Option<&'static LearnedSupports>) -> SupportTable<'static, 2> {
-    supports.map_or(SupportTable::EMPTY, LearnedSupports::table)
+pub(crate) fn table_of(supports: Option<&LearnedSupports>) -> SupportTable<'static, 2> {
+    supports.map_or(SupportTable::EMPTY, |supports| supports.table.clone())
 }
 
 /// The node of a window's support of that number.
@@ -171,7 +160,7 @@ fn digest_of(origin_m: [f32; 2], spacing_m: f32, window: &Window<2>, supports: &
     }
     for support in supports {
         // The name and not its number: the order of the kinds may change.
-        hasher.update(support.choice().name().as_bytes());
+        hasher.update(support.name().as_bytes());
         for number in support.numbers() {
             hasher.update(&number.to_le_bytes());
         }

@@ -8,7 +8,7 @@ use bhm_core::{
     geometry::Pose,
     mapper::{IntegrateReport, Mapper, ScanRejected},
     profile::{self, Capacities, Profile},
-    scan::{MAX_BEAMS, Scan},
+    scan::{ScanHeader, MAX_BEAMS, Scan},
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
@@ -53,16 +53,7 @@ fn seeds() -> Vec<Vec<u8>> {
 
 /// A scan that reaches several tiles.
 fn scan() -> Scan<'static> {
-    Scan {
-        stamp_ns: 1,
-        map_from_sensor: Pose::new(1.0, 1.0, 0.0),
-        pose_covariance: None,
-        angle_min_rad: 0.0,
-        angle_increment_rad: 1.0,
-        range_min_m: 0.1,
-        range_max_m: 10.0,
-        ranges_m: &[3.0; 6],
-    }
+    Scan { header: ScanHeader { stamp_ns: 1, map_from_sensor: Pose::new(1.0, 1.0, 0.0), angle_min_rad: 0.0, angle_increment_rad: 1.0, range_min_m: 0.1, range_max_m: 10.0, ..ScanHeader::default() }, ranges_m: &[3.0; 6] }
 }
 
 struct Fed(VecDeque<u8>);

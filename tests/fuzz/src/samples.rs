@@ -1,6 +1,6 @@
 //! Valid things that seeds are made of.
 
-use bhm_core::{
+use bhm_core::{scan::ScanHeader, 
     geometry::{Pose, PoseCovariance},
     kernel::{Averaging, KernelChoice},
     lattice::Window,
@@ -14,16 +14,7 @@ use bhm_host::{
 /// A scan of a round room, from a pose that is known but for a few centimetres.
 #[must_use]
 pub fn scan(stamp_ns: u64) -> ScanRecord {
-    ScanRecord {
-        stamp_ns,
-        map_from_sensor: Pose::new(0.3, -0.2, 0.7),
-        pose_covariance: Some(PoseCovariance::independent(0.05, 0.01)),
-        angle_min_rad: -3.0,
-        angle_increment_rad: 0.5,
-        range_min_m: 0.1,
-        range_max_m: 20.0,
-        ranges_m: vec![1.0, 1.5, f32::NAN, -1.0, 0.01, 25.0, f32::INFINITY, 2.0, 1.0, 0.5],
-    }
+    ScanRecord { header: ScanHeader { stamp_ns, map_from_sensor: Pose::new(0.3, -0.2, 0.7), pose_covariance: Some(PoseCovariance::independent(0.05, 0.01)), angle_min_rad: -3.0, angle_increment_rad: 0.5, range_min_m: 0.1, range_max_m: 20.0 }, ranges_m: vec![1.0, 1.5, f32::NAN, -1.0, 0.01, 25.0, f32::INFINITY, 2.0, 1.0, 0.5] }
 }
 
 /// Every kind of support there is, over a window of 3 by 4 nodes at 0.5 m.

@@ -1,6 +1,10 @@
 use std::path::Path;
 
-use bhm_core::{geometry::Pose, profile::Profile, scan::MAX_BEAMS};
+use bhm_core::{
+    geometry::Pose,
+    profile::Profile,
+    scan::{MAX_BEAMS, ScanHeader},
+};
 use bhm_firmware_sim::budget::{Instructions, Work};
 use bhm_host::{ScanRecord, map::OwnedMapper};
 
@@ -57,13 +61,14 @@ fn scan(profile: &Profile) -> ScanRecord {
         }
     }
     ScanRecord {
-        stamp_ns: 1,
-        map_from_sensor: Pose::new(at_m, at_m, HEADING_RAD),
-        pose_covariance: None,
-        angle_min_rad: 0.0,
-        angle_increment_rad: std::f32::consts::TAU / MAX_BEAMS as f32,
-        range_min_m: 0.0,
-        range_max_m: 2.0 * far_m,
+        header: ScanHeader {
+            stamp_ns: 1,
+            map_from_sensor: Pose::new(at_m, at_m, HEADING_RAD),
+            angle_min_rad: 0.0,
+            angle_increment_rad: std::f32::consts::TAU / MAX_BEAMS as f32,
+            range_max_m: 2.0 * far_m,
+            ..ScanHeader::default()
+        },
         ranges_m,
     }
 }

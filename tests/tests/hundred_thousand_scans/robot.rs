@@ -3,7 +3,7 @@
 use bhm_core::{
     geometry::{Pose, PoseCovariance},
     mapper::Mapper,
-    scan::{MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanHeader},
 };
 use bhm_firmware_sim::{Incoming, IncomingScan, Link, News, Patience, Report};
 
@@ -69,13 +69,15 @@ impl Robot {
         let [x_m, y_m] = [cosine, sine].map(|part| (Self::RING_M * part) as f32);
         let heading_rad = (along + std::f64::consts::FRAC_PI_2) as f32;
         let mut scan = Scan {
-            stamp_ns: 1 + number as u64,
-            map_from_sensor: Pose::new(x_m, y_m, heading_rad),
-            pose_covariance: number.is_multiple_of(3).then(|| PoseCovariance::independent(0.02, 0.005)),
-            angle_min_rad: 0.1,
-            angle_increment_rad: std::f32::consts::TAU / Self::BEAMS as f32,
-            range_min_m: 0.05,
-            range_max_m: 4.0,
+            header: ScanHeader {
+                stamp_ns: 1 + number as u64,
+                map_from_sensor: Pose::new(x_m, y_m, heading_rad),
+                pose_covariance: number.is_multiple_of(3).then(|| PoseCovariance::independent(0.02, 0.005)),
+                angle_min_rad: 0.1,
+                angle_increment_rad: std::f32::consts::TAU / Self::BEAMS as f32,
+                range_min_m: 0.05,
+                range_max_m: 4.0,
+            },
             ranges_m: &[],
         };
         let mut beams = Self::BEAMS;

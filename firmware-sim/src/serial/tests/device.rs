@@ -8,7 +8,7 @@ use std::vec::Vec;
 use bhm_core::{
     mapper::{IntegrateReport, Mapper, ScanRejected},
     profile,
-    scan::Scan,
+    scan::{Scan, ScanHeader},
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -126,13 +126,15 @@ fn ten_thousand_frames_on_a_bad_line() {
             let mut ranges_m = [0.0; bhm_core::scan::MAX_BEAMS];
             let beams = scan.ranges_into(&mut ranges_m).expect("a good scan");
             let whole = Scan {
-                stamp_ns: sequence,
-                map_from_sensor: scan.pose(),
-                pose_covariance: None,
-                angle_min_rad: scan.angle_min_rad,
-                angle_increment_rad: scan.angle_increment_rad,
-                range_min_m: scan.range_min_m,
-                range_max_m: scan.range_max_m,
+                header: ScanHeader {
+                    stamp_ns: sequence,
+                    map_from_sensor: scan.pose(),
+                    angle_min_rad: scan.angle_min_rad,
+                    angle_increment_rad: scan.angle_increment_rad,
+                    range_min_m: scan.range_min_m,
+                    range_max_m: scan.range_max_m,
+                    ..ScanHeader::default()
+                },
                 ranges_m: &ranges_m[..beams],
             };
             scans.insert(sequence as u32, bits(&whole));

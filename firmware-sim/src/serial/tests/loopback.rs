@@ -6,6 +6,7 @@ use std::vec::Vec;
 
 use bhm_core::{
     profile::{self, Capacities, Profile},
+    scan::ScanHeader,
     tile::TileIndex,
 };
 use bhm_host::{
@@ -42,7 +43,7 @@ pub(super) fn scans(count: usize) -> Vec<ScanRecord> {
     let once: Vec<_> = scene.simulate(1).with_pose_noise(noise).expect("little noise").step_by(5).collect();
     let scans = once.iter().cycle().zip(1..).map(|(scan, stamp_ns)| {
         let ranges_m = scan.ranges_m.iter().map(|range_m| if *range_m < 4.0 { *range_m } else { f32::NAN });
-        ScanRecord { stamp_ns, ranges_m: ranges_m.collect(), ..scan.clone() }
+        ScanRecord { header: ScanHeader { stamp_ns, ..scan.clone().header }, ranges_m: ranges_m.collect() }
     });
     scans.take(count).collect()
 }

@@ -1,7 +1,7 @@
 use bhm_core::{
     geometry::PoseCovariance,
     mapper::ScanRejected,
-    scan::{MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanHeader},
     settings::{Model, SettingsError},
     shape::{self, ShapeVisitor},
 };
@@ -120,7 +120,7 @@ fn a_pose_covariance_survives_the_way_whatever_it_says() {
         let mut message = zeroed::<ScanMessage>();
         // What stood there before does not shine through.
         message.pose_covariance = [f32::NAN; 6];
-        let record = ScanRecord { pose_covariance: covariance, ..scan(3) };
+        let record = ScanRecord { header: ScanHeader { pose_covariance: covariance, ..scan(3).header }, ..scan(3) };
         message.write(&ADDRESS, &record.as_scan()).expect("few beams");
         message
     };
@@ -131,7 +131,12 @@ fn a_pose_covariance_survives_the_way_whatever_it_says() {
     assert_eq!(message.flags, ScanMessage::LAST | ScanMessage::UNCERTAIN);
     let numbered = message.check().expect("a good message");
     assert_eq!((numbered.scan.pose_covariance, numbered.address), (Some(good), ADDRESS));
-    learned(1).integrate(&Scan { pose_covariance: Some(good), ..numbered.scan }).expect("a covariance");
+    learned(1)
+        .integrate(&Scan {
+            header: ScanHeader { pose_covariance: Some(good), ..numbered.scan.header },
+            ..numbered.scan
+        })
+        .expect("a covariance");
     for hostile in hostile {
         // The message carries it; what it says is the mapper's to judge.
         let message = sent(Some(hostile));

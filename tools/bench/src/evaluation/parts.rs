@@ -1,3 +1,4 @@
+use bhm_core::scan::ScanHeader;
 use bhm_host::ScanRecord;
 
 use super::{Held, TestPoints, Training, hold_out};
@@ -53,13 +54,15 @@ mod tests {
     fn log() -> Vec<ScanRecord> {
         (0..500)
             .map(|i| ScanRecord {
-                stamp_ns: i,
-                map_from_sensor: Pose::new(0.0, 0.0, 0.0),
-                pose_covariance: None,
-                angle_min_rad: 0.0,
-                angle_increment_rad: 0.0,
-                range_min_m: 0.01,
-                range_max_m: 50.0,
+                header: ScanHeader {
+                    stamp_ns: i,
+                    map_from_sensor: Pose::new(0.0, 0.0, 0.0),
+                    angle_min_rad: 0.0,
+                    angle_increment_rad: 0.0,
+                    range_min_m: 0.01,
+                    range_max_m: 50.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: (0..4).map(|beam| 1.0 + 0.01 * (4 * i + beam) as f32).chain([81.0]).collect(),
             })
             .collect()

@@ -1,3 +1,4 @@
+use bhm_core::scan::ScanHeader;
 use std::fmt;
 
 use bhm_core::geometry::Pose;
@@ -211,13 +212,15 @@ mod tests {
         let ranges_m = [2.0, f32::NAN, -1.0, 0.05, 81.0, 3.5, f32::INFINITY, 0.001];
         (0..400)
             .map(|i| ScanRecord {
-                stamp_ns: i,
-                map_from_sensor: Pose::new(i as f32, -1.0, 0.3),
-                pose_covariance: None,
-                angle_min_rad: -1.0,
-                angle_increment_rad: 0.25,
-                range_min_m: 0.01,
-                range_max_m: 80.0,
+                header: ScanHeader {
+                    stamp_ns: i,
+                    map_from_sensor: Pose::new(i as f32, -1.0, 0.3),
+                    angle_min_rad: -1.0,
+                    angle_increment_rad: 0.25,
+                    range_min_m: 0.01,
+                    range_max_m: 80.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: ranges_m.to_vec(),
             })
             .collect()

@@ -1,6 +1,6 @@
 //! What knowing the poses' uncertainty brings (eq. 13): noisy poses taken as exact against their covariance used.
 
-use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportTable};
+use bhm_core::{kernel::KernelChoice, scan::ScanHeader, settings::Settings, support::SupportTable};
 use bhm_host::{
     ScanRecord,
     sim::{PoseNoise, Scene},
@@ -84,7 +84,10 @@ impl Poses {
             for kernel in KERNELS {
                 for covariance_used in [false, true] {
                     let scans = noisy.iter().cloned().map(|scan| ScanRecord {
-                        pose_covariance: scan.pose_covariance.filter(|_| covariance_used),
+                        header: ScanHeader {
+                            pose_covariance: scan.pose_covariance.filter(|_| covariance_used),
+                            ..scan.header
+                        },
                         ..scan
                     });
                     let exam = Exam { scans: scans.collect(), test: exact.test.clone() };

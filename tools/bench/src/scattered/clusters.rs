@@ -6,6 +6,7 @@
 
 use bhm_core::{
     geometry::Point,
+    scan::ScanHeader,
     settings::{Settings, SettingsError},
     support::SupportTable,
 };
@@ -225,13 +226,14 @@ mod tests {
             .into_iter()
             .enumerate()
             .map(|(i, [x, y])| ScanRecord {
-                stamp_ns: i as u64,
-                map_from_sensor: Pose::new(x, y, 0.0),
-                pose_covariance: None,
-                angle_min_rad: 0.0,
-                angle_increment_rad: 0.1,
-                range_min_m: 0.0,
-                range_max_m: 30.0,
+                header: ScanHeader {
+                    stamp_ns: i as u64,
+                    map_from_sensor: Pose::new(x, y, 0.0),
+                    angle_min_rad: 0.0,
+                    angle_increment_rad: 0.1,
+                    range_max_m: 30.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: (0..63).map(|beam| 1.0 + 0.5 * (beam % 5) as f32).collect(),
             })
             .collect()

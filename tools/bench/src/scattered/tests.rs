@@ -3,6 +3,7 @@ use bhm_core::{
     geometry::Pose,
     kernel::KernelChoice,
     profile::COMPACT,
+    scan::ScanHeader,
     settings::Settings,
     support::{AnySupport, GaussianSupport},
     tile::Occupancy,
@@ -40,13 +41,14 @@ fn open(supports: Vec<ScatteredSupport>) -> Result<DenseMap<M>, ScatteredError> 
 
 fn scan(stamp_ns: u64, ranges_m: &[f32]) -> ScanRecord {
     ScanRecord {
-        stamp_ns,
-        map_from_sensor: Pose::new(0.1, -0.2, 0.0),
-        pose_covariance: None,
-        angle_min_rad: -3.1,
-        angle_increment_rad: 0.1,
-        range_min_m: 0.0,
-        range_max_m: 30.0,
+        header: ScanHeader {
+            stamp_ns,
+            map_from_sensor: Pose::new(0.1, -0.2, 0.0),
+            angle_min_rad: -3.1,
+            angle_increment_rad: 0.1,
+            range_max_m: 30.0,
+            ..ScanHeader::default()
+        },
         ranges_m: ranges_m.to_vec(),
     }
 }

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, f64::consts::PI};
 
 use bhm_core::{
     lattice::{Lattice, offsets},
+    scan::ScanHeader,
     support::AnySupport,
 };
 use bhm_host::{ScanRecord, supports::LearnedSupports};
@@ -195,13 +196,14 @@ mod tests {
         hits.map(|[x, y]| {
             let [dx, dy] = [x - 2.0, y + 2.0];
             ScanRecord {
-                stamp_ns: 1,
-                map_from_sensor: Pose::new(2.0, -2.0, 0.0),
-                pose_covariance: None,
-                angle_min_rad: dy.atan2(dx),
-                angle_increment_rad: 0.0,
-                range_min_m: 0.0,
-                range_max_m: 30.0,
+                header: ScanHeader {
+                    stamp_ns: 1,
+                    map_from_sensor: Pose::new(2.0, -2.0, 0.0),
+                    angle_min_rad: dy.atan2(dx),
+                    angle_increment_rad: 0.0,
+                    range_max_m: 30.0,
+                    ..ScanHeader::default()
+                },
                 ranges_m: vec![dx.hypot(dy), f32::NAN, 30.0],
             }
         })
