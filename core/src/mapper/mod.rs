@@ -17,7 +17,7 @@ use crate::{
     basis::Basis,
     beam::{BeamLimits, BeamRule, BeamTally, Observation, Ray},
     em,
-    geometry::{Place, Point},
+    geometry::Place,
     lattice::Lattice,
     map::{Map, Viewed},
     posterior::{Prior, RowError, Rows},

@@ -1,6 +1,5 @@
 //! Which reading means "nothing returned": logs of the old format do not say, but they show it.
 
-use bhm_core::scan::ScanHeader;
 use std::ops::Range;
 
 use super::{MaxRangeSource, ReadOptions};
@@ -47,7 +46,10 @@ pub(super) fn settle(scans: &mut [ScanRecord], options: &ReadOptions) -> (f32, M
     let mut source = MaxRangeSource::Stated;
     if scans.iter().any(|scan| scan.header.range_max_m.is_infinite()) {
         let (shown_m, shown_by) = find(scans);
-        scans.iter_mut().filter(|scan| scan.header.range_max_m.is_infinite()).for_each(|scan| scan.header.range_max_m = shown_m);
+        scans
+            .iter_mut()
+            .filter(|scan| scan.header.range_max_m.is_infinite())
+            .for_each(|scan| scan.header.range_max_m = shown_m);
         source = shown_by;
     }
     (scans.iter().map(|scan| scan.header.range_max_m).fold(0.0, f32::max), source)

@@ -4,7 +4,7 @@ use bhm_core::{
     mapper::{IntegrateReport, Link, Mapper, Memory, ObservationSlot, TouchedTile},
     posterior::{PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
-    scan::{Scan, ScanHeader, ScanRejected},
+    scan::{Scan, ScanRejected},
     settings::SettingsError,
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };

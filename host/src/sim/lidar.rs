@@ -1,4 +1,4 @@
-//! A lidar: which beams it sends and how well it measures.
+//! A lidar: which beams it sends and how well it measures. Depends on `noise` and `world`.
 
 use bhm_core::geometry::Pose;
 use bhm_core::scan::MAX_BEAMS;

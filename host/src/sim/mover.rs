@@ -1,4 +1,4 @@
-//! Solids that drive.
+//! Solids that drive. Depends on `solid`.
 
 use super::solid::{Position, Solid, add, length, subtract};
 

@@ -1,4 +1,4 @@
-//! Errors of the sensors.
+//! Errors of the sensors. Depends on no other module of the simulator.
 
 use bhm_core::geometry::{Pose, PoseCovariance};
 use rand::Rng;

@@ -1,10 +1,9 @@
-//! Everything a simulation needs, under one name.
+//! Everything a simulation needs, under one name. Depends on `lidar`, `simulation`, `trajectory`, `world`.
 
-use super::Simulation;
 use super::lidar::Lidar;
+use super::simulation::Simulation;
 use super::trajectory::Trajectory;
 use super::world::World;
-use super::worlds;
 
 /// A world, a route through it and the lidar that suits them: the bill of materials of one simulation.
 #[derive(Clone, Copy, Debug)]
@@ -17,28 +16,7 @@ pub struct Scene {
     pub(super) trajectory: fn() -> Trajectory,
 }
 
-/// There is no scene of that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no simulated world is called {name:?}; there are: {}", Scene::names().collect::<Vec<_>>().join(", "))]
-pub struct UnknownScene {
-    /// The name asked for.
-    pub name: String,
-}
-
 impl Scene {
-    /// The scene of that name.
-    ///
-    /// # Errors
-    /// [`UnknownScene`] lists the names there are.
-    pub fn named(name: &str) -> Result<&'static Self, UnknownScene> {
-        worlds::SCENES.iter().find(|scene| scene.name == name).ok_or_else(|| UnknownScene { name: name.to_owned() })
-    }
-
-    /// The names of all scenes.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        worlds::SCENES.iter().map(|scene| scene.name)
-    }
-
     /// What is really there.
     #[must_use]
     pub fn world(&self) -> World {

@@ -1,4 +1,4 @@
-//! The shapes a world is made of.
+//! The shapes a world is made of. Depends on no other module of the simulator.
 
 /// A position or a displacement in the map frame, metres; `f64`, so that the truth is finer than the `f32` it judges.
 pub type Position = [f64; 2];

@@ -6,6 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::ScanRecord;
 
 fn scenes() -> impl Iterator<Item = &'static Scene> {
     Scene::names().map(|name| Scene::named(name).expect("listed"))
@@ -230,13 +231,13 @@ fn stamps_follow_the_scan_rate_and_the_length_is_known() {
 
 #[test]
 fn an_unknown_world_is_refused_with_the_known_ones() {
-    let error = World::named("moon").expect_err("no such world");
+    let error = Scene::named("moon").expect_err("no such world");
     assert_eq!(error.to_string(), r#"no simulated world is called "moon"; there are: building, outdoor, traffic"#);
 }
 
 #[test]
 fn an_invalid_lidar_is_refused() {
-    let world = World::named("building").expect("listed");
+    let world = Scene::named("building").expect("listed").world();
     let blind = Lidar { beams: 0, ..Lidar::INDOOR };
     let refused = Simulation::new(world, blind, Trajectory::new(Vec::new(), 1), 0).expect_err("no beams");
     assert_eq!(refused.to_string(), "a lidar has 1 to 2048 beams, not 0");

@@ -1,4 +1,4 @@
-//! Where the robot drives.
+//! Where the robot drives. Depends on `solid`.
 
 use std::f64::consts::TAU;
 

@@ -1,9 +1,8 @@
-//! What is really there.
+//! What is really there. Depends on `mover` and `solid`.
 
 use std::borrow::Cow;
 
 use super::mover::Mover;
-use super::scene::{Scene, UnknownScene};
 use super::solid::{Bounds, Position, Solid};
 
 /// A plane with solids standing on it, and others that drive about: the truth a map is judged against.
@@ -29,14 +28,6 @@ impl World {
     #[must_use]
     pub fn with_movers(self, movers: Vec<Mover>) -> Self {
         Self { movers, ..self }
-    }
-
-    /// The world of the scene of that name (see [`Scene::names`]).
-    ///
-    /// # Errors
-    /// [`UnknownScene`] lists the names there are.
-    pub fn named(name: &str) -> Result<Self, UnknownScene> {
-        Scene::named(name).map(Scene::world)
     }
 
     /// The solids that stand still; they may overlap.

@@ -1,6 +1,12 @@
 //! One floor of an office building, 40 m × 25 m: ten rooms and a lobby along a corridor.
 
-use crate::sim::{Bounds, Drive, Lidar, Position, Scene, Solid, Trajectory, World};
+use crate::sim::{
+    lidar::Lidar,
+    scene::Scene,
+    solid::{Bounds, Position, Solid},
+    trajectory::{Drive, Trajectory},
+    world::World,
+};
 
 pub(super) const SCENE: Scene = Scene { name: "building", lidar: Lidar::INDOOR, world, trajectory };
 

@@ -1,6 +1,12 @@
 //! An industrial site, 600 m × 300 m: halls, parked cars, trees and fences along a ring road; open to the south and east.
 
-use crate::sim::{Bounds, Drive, Lidar, Position, Scene, Solid, Trajectory, World};
+use crate::sim::{
+    lidar::Lidar,
+    scene::Scene,
+    solid::{Bounds, Position, Solid},
+    trajectory::{Drive, Trajectory},
+    world::World,
+};
 
 pub(super) const SCENE: Scene = Scene { name: "outdoor", lidar: Lidar::OUTDOOR, world, trajectory };
 

@@ -8,7 +8,14 @@ use std::f64::consts::FRAC_PI_2;
 
 use bhm_core::geometry::Pose;
 
-use crate::sim::{Bounds, Lidar, Mover, Position, Scene, Solid, Trajectory, World};
+use crate::sim::{
+    lidar::Lidar,
+    mover::Mover,
+    scene::Scene,
+    solid::{Bounds, Position, Solid},
+    trajectory::Trajectory,
+    world::World,
+};
 
 pub(super) const SCENE: Scene = Scene { name: "traffic", lidar: LIDAR, world, trajectory };
 
