@@ -197,9 +197,9 @@ fn learn_points(
     durations
 }
 
-type Outcome = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
+type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
 
-fn timed(learned: &mut Learned, learn: impl FnOnce() -> Outcome) -> Duration {
+fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration {
     let start = Instant::now();
     let outcome = learn();
     let duration = start.elapsed();

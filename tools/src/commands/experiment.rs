@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use bhm_bench::{
-    experiments::{self, Exam, granularity, shapes},
+    experiments::{self, BeamSplit, granularity, shapes},
     reading,
     scattered::{Clusters, MAX_SCATTERED},
 };
@@ -66,19 +66,19 @@ struct OnLog {
 
 impl OnLog {
     /// What is learned and asked, and the settings; `None` if options were only to be printed.
-    fn exam(&self) -> anyhow::Result<Option<(Exam, Settings)>> {
+    fn task(&self) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
         self.exam_with(&[])
     }
 
     /// The same with other defaults than the profile's for some numbers.
-    fn exam_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(Exam, Settings)>> {
+    fn exam_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
         let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(None) };
         let Effective { profile, max_range_m, .. } = &options;
         let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
         reading::scan_log(log, &report);
         options.prepare(&mut scans);
         let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        Ok(Some((Exam::of(&scans, FRACTION, self.seed)?, profile.settings)))
+        Ok(Some((BeamSplit::of(&scans, FRACTION, self.seed)?, profile.settings)))
     }
 }
 
@@ -100,11 +100,11 @@ struct Kernels {
 
 impl Kernels {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
+        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
         let Self { shapes, two_scales_shapes, .. } = self;
         let experiment =
             experiments::kernels::Kernels { shapes: shapes.clone(), two_scales_shapes: two_scales_shapes.clone() };
-        let report = experiment.run(&exam, &settings)?;
+        let report = experiment.run(&task, &settings)?;
         output.result(&report, || report.text())
     }
 }
@@ -127,10 +127,10 @@ struct Relevance {
 
 impl Relevance {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
+        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
         let Self { shapes, sizes, .. } = self;
         let experiment = experiments::relevance::Relevance { shapes: shapes.clone(), sizes: sizes.clone() };
-        let report = experiment.run(&exam, &settings)?;
+        let report = experiment.run(&task, &settings)?;
         output.result(&report, || report.text())
     }
 }
@@ -150,8 +150,8 @@ struct Segments {
 
 impl Segments {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
-        let report = experiments::segments::Segments { lengths: self.lengths.clone() }.run(&exam, &settings)?;
+        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
+        let report = experiments::segments::Segments { lengths: self.lengths.clone() }.run(&task, &settings)?;
         output.result(&report, || report.text())
     }
 }
@@ -187,7 +187,7 @@ impl Placement {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
         let given = self.list.as_deref().map(Clusters::load).transpose()?;
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
+        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
         let Self { counts, shapes, hit_weights, .. } = self;
         let experiment = experiments::placement::Placement {
             given,
@@ -196,7 +196,7 @@ impl Placement {
             hit_weights: hit_weights.clone(),
             seed: self.on.seed,
         };
-        let report = experiment.run(&exam, &settings)?;
+        let report = experiment.run(&task, &settings)?;
         output.result(&report, || report.text())
     }
 }
@@ -258,9 +258,9 @@ struct Shapes {
 
 impl Shapes {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam_with(&[(Number::Spacing, shapes::SPACING_M)])? else { return Ok(()) };
+        let Some((task, settings)) = self.on.exam_with(&[(Number::Spacing, shapes::SPACING_M)])? else { return Ok(()) };
         let Some(folder) = self.output.clone() else { return Ok(()) };
-        let report = shapes::Shapes { folder }.run(&exam, &settings)?;
+        let report = shapes::Shapes { folder }.run(&task, &settings)?;
         output.result(&report, || report.text())
     }
 }

@@ -7,7 +7,7 @@ use crate::{
     metrics::{ScoreError, Scores},
 };
 
-/// All that is kept of one contestant's exam.
+/// All that is kept of one contestant on one task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Who, as `NAME:SIZE`, lengths as for a building.
@@ -21,10 +21,11 @@ pub struct Outcome {
     /// Of the division, and of the contestant's dice.
     pub seed: u64,
     /// Checksum of everything that is learned and asked.
-    pub exam: String,
+    #[serde(rename = "exam")]
+    pub task: String,
     /// Processor time that it had for learning, seconds; null if as much as it wanted.
     pub deadline_s: Option<f64>,
-    /// Scans of the exam.
+    /// Scans of the task.
     pub scans: usize,
     /// Scans learned.
     pub learned: usize,
@@ -37,9 +38,9 @@ pub struct Outcome {
     /// The same for the negative log-likelihood.
     pub nll_over_scans: Option<Spread>,
     /// Scores on the way.
-    pub curve: Vec<Mark>,
+    pub curve: Vec<Checkpoint>,
     /// Of places that no beam saw; null where the truth is not known or not all scans were learned.
-    pub unseen: Option<UnseenMarks>,
+    pub unseen: Option<UnseenScores>,
     /// Time of updates.
     pub timing: Timing,
     /// Median time of an update in the last quarter of the scans learned, relative to the first quarter.
@@ -52,7 +53,7 @@ pub struct Outcome {
     pub memory_bytes: usize,
 }
 
-/// How an exam ended.
+/// How a contestant came to its end.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "ending")]
 pub enum Ending {
@@ -69,7 +70,7 @@ pub enum Ending {
 
 /// Scores after a part of the scans, on questions about scans seen so far.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mark {
+pub struct Checkpoint {
     /// Scans learned.
     pub scans: usize,
     /// Area under the ROC curve; null if all questions have one answer.
@@ -91,7 +92,7 @@ pub struct Spread {
 
 /// What is said of places that no beam saw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct UnseenMarks {
+pub struct UnseenScores {
     /// Against what really stands there.
     pub scores: Scores,
     /// Probabilities inside obstacles.
@@ -118,13 +119,20 @@ impl Outcome {
         self.ending == Ending::Finished && self.scores.is_some()
     }
 
-    /// Whether it is the outcome of the same contestant in the same exam, under no shorter a deadline.
+    /// Whether it is the outcome of the same contestant on the same task, under no shorter a deadline.
     #[must_use]
-    pub fn answers(&self, contestant: &str, exam: &str, seed: u64, deadline_s: Option<f64>, marks: usize) -> bool {
-        let same = self.contestant == contestant && self.exam == exam && self.seed == seed;
+    pub fn answers(
+        &self,
+        contestant: &str,
+        task: &str,
+        seed: u64,
+        deadline_s: Option<f64>,
+        checkpoints: usize,
+    ) -> bool {
+        let same = self.contestant == contestant && self.task == task && self.seed == seed;
         // Who finished, finished; who was stopped would go on with more time, and is stopped earlier with less.
-        // Who was stopped before the first mark has none.
-        let marked = !self.curve.is_empty() || self.learned * marks < self.scans.max(1);
+        // Who was stopped before the first checkpoint has none.
+        let marked = !self.curve.is_empty() || self.learned * checkpoints < self.scans.max(1);
         same && (self.ending == Ending::Finished || self.deadline_s == deadline_s) && marked
     }
 }

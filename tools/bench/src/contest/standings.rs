@@ -161,7 +161,7 @@ mod tests {
             dataset: "here".to_owned(),
             held: "beams".to_owned(),
             seed,
-            exam: String::new(),
+            task: String::new(),
             deadline_s: Some(1.0),
             scans: 10,
             learned: if ending == Ending::Finished { 10 } else { 4 },

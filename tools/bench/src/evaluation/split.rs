@@ -58,7 +58,7 @@ impl fmt::Display for Held {
 /// What a method learns from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Training {
-    /// Scans, with the ranges of held-out beams replaced by NaN: every mapper drops such a beam, and bearings stay right.
+    /// Scans, held-out beams as NaN (see [`BeamSplit`]).
     Scans(Vec<ScanRecord>),
     /// Labelled points, scan by scan.
     Points(Vec<LabelledPoints>),
@@ -73,6 +73,19 @@ pub struct TestPoints {
     pub occupied: Vec<bool>,
     /// The position in the log of the scan that each is of.
     pub scans: Vec<u64>,
+}
+
+/// Scans of which some beams are held out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeamSplit {
+    /// Learned, with the ranges of held-out beams replaced by NaN: every mapper drops such a beam, and bearings stay right.
+    pub training: Vec<ScanRecord>,
+    /// Asked: points of the held-out beams.
+    pub test: TestPoints,
+    /// How many beams were replaced.
+    pub held: usize,
+    /// Of how many with a return.
+    pub of: usize,
 }
 
 /// A log, divided.
@@ -102,7 +115,8 @@ pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> S
     let numbered = || scans.iter().zip(0..);
     let training = match held {
         Held::Beams => {
-            Training::Scans(numbered().map(|(scan, at)| beams_held_out(scan, at, &mut dice, &mut test)).collect())
+            let BeamSplit { training, test, held, of } = hold_out_beams(scans, fraction, seed);
+            return Split { training: Training::Scans(training), positions, test, held, of };
         }
         Held::Points => {
             Training::Points(numbered().map(|(scan, at)| points_held_out(scan, at, &mut dice, &mut test)).collect())
@@ -121,6 +135,15 @@ pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> S
         }
     };
     Split { training, positions, test, held: dice.held, of: dice.of }
+}
+
+/// Holds out a fraction of the beams of a log, as [`hold_out`] does.
+#[must_use]
+pub fn hold_out_beams(scans: &[ScanRecord], fraction: f64, seed: u64) -> BeamSplit {
+    let mut dice = Dice { rng: ChaCha8Rng::seed_from_u64(seed), fraction, held: 0, of: 0 };
+    let mut test = TestPoints::default();
+    let training = scans.iter().zip(0..).map(|(scan, at)| beams_held_out(scan, at, &mut dice, &mut test)).collect();
+    BeamSplit { training, test, held: dice.held, of: dice.of }
 }
 
 fn beams_held_out(scan: &ScanRecord, at: u64, dice: &mut Dice, test: &mut TestPoints) -> ScanRecord {

@@ -3,7 +3,7 @@
 use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportTable};
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, table_with, take};
+use super::trial::{BeamSplit, Trial, table_with, take};
 use crate::cost;
 
 /// Kernels that are tried beside the cubic B-spline.
@@ -18,7 +18,7 @@ pub struct Kernels {
 #[derive(Serialize)]
 struct Contestant {
     #[serde(flatten)]
-    marks: Marks,
+    marks: Trial,
     kernel: &'static str,
     /// Null where the kernel reads none.
     kernel_shape: Option<f32>,
@@ -39,7 +39,7 @@ impl Kernels {
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
         let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<(KernelChoice, Option<f32>)> {
             shapes.iter().map(|shape| (kernel, Some(*shape))).collect()
         };
@@ -57,9 +57,9 @@ impl Kernels {
                 report.refused.push(format!("{name}: {error}"));
                 continue;
             }
-            let (marks, _) = take(exam, name, settings, None)?;
+            let (marks, _) = take(task, name, settings, None)?;
             let instructions_per_scan =
-                cost::instructions(&settings, marks.rows, marks.passes)? / exam.scans.len() as f64;
+                cost::instructions(&settings, marks.rows, marks.passes)? / task.scans.len() as f64;
             report.contestants.push(Contestant { marks, kernel: kernel.name(), kernel_shape, instructions_per_scan });
         }
         Ok(report)
@@ -70,7 +70,7 @@ impl Report {
     /// As a table.
     #[must_use]
     pub fn text(&self) -> String {
-        let marks: Vec<&Marks> = self.contestants.iter().map(|contestant| &contestant.marks).collect();
+        let marks: Vec<&Trial> = self.contestants.iter().map(|contestant| &contestant.marks).collect();
         let cost = self.contestants.iter().map(|one| format!("{:.2}", one.instructions_per_scan / 1e6)).collect();
         let refused: String = self.refused.iter().map(|refused| format!("refused: {refused}\n")).collect();
         table_with(&marks, &[("M instr/scan", cost)]) + &refused

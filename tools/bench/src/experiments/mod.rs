@@ -11,4 +11,4 @@ pub mod segments;
 pub mod shapes;
 mod trial;
 
-pub use self::trial::{Exam, Marks};
+pub use self::trial::{BeamSplit, Trial};

@@ -12,7 +12,7 @@ use bhm_core::{
 use bhm_host::supports::observe;
 use serde::Serialize;
 
-use super::trial::Exam;
+use super::trial::BeamSplit;
 use crate::{
     metrics::Scores,
     progress,
@@ -57,10 +57,10 @@ impl Placement {
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
         let given = self.given.as_ref();
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let data = Data::of(exam, &base)?;
+        let data = Data::of(task, &base)?;
         let counts = given.map_or_else(|| self.counts.clone(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
         for count in counts {
@@ -79,7 +79,7 @@ impl Placement {
                             seed: self.seed,
                             ..ClusterOptions::DEFAULT
                         };
-                        let clusters = learn_clusters(|| &exam.scans, &base, &options)?;
+                        let clusters = learn_clusters(|| &task.scans, &base, &options)?;
                         let clusters = Clusters { source: String::new(), clusters };
                         placements.extend(of_clusters(&clusters, &format!("k-means, hits {hit_weight}")));
                     }
@@ -90,7 +90,7 @@ impl Placement {
                 let settings = Settings { spacing_m: pitch_m, kernel_shape: *shape, ..base };
                 let settings = settings.fitted(SupportTable::EMPTY);
                 for (name, supports) in &placements {
-                    contestants.push(learned(exam, name, settings, supports)?);
+                    contestants.push(learned(task, name, settings, supports)?);
                 }
             }
         }
@@ -109,17 +109,22 @@ fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSuppor
     ]
 }
 
-fn learned(exam: &Exam, name: &str, settings: Settings, supports: &[ScatteredSupport]) -> anyhow::Result<Contestant> {
+fn learned(
+    task: &BeamSplit,
+    name: &str,
+    settings: Settings,
+    supports: &[ScatteredSupport],
+) -> anyhow::Result<Contestant> {
     let kernel_shape_m2 = settings.kernel_shape * settings.spacing_m * settings.spacing_m;
     let title = format!("{}: g {kernel_shape_m2:.3} m2, {name}", supports.len());
     let mut map = open_scattered(settings, supports.to_vec())?;
     let mut rows = 0;
-    for scan in progress::over(exam.scans.iter(), title.clone()) {
+    for scan in progress::over(task.scans.iter(), title.clone()) {
         rows += map.integrate(scan).with_context(|| title.clone())? as u64;
     }
     let logits: Vec<f32> =
-        exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = Scores::of(&logits, &exam.test.occupied)?;
+        task.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
+    let scores = Scores::of(&logits, &task.test.occupied)?;
     Ok(Contestant { name: name.to_owned(), supports: supports.len(), kernel_shape_m2, scores, rows })
 }
 
@@ -131,10 +136,10 @@ struct Data {
 }
 
 impl Data {
-    fn of(exam: &Exam, settings: &Settings) -> anyhow::Result<Self> {
+    fn of(task: &BeamSplit, settings: &Settings) -> anyhow::Result<Self> {
         let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
         let mut points_m = Vec::new();
-        for scan in &exam.scans {
+        for scan in &task.scans {
             observe(scan, settings, &rule, |place| points_m.push(place.place.middle_m()));
         }
         let first = *points_m.first().ok_or_else(|| anyhow::anyhow!("the scans hold no usable observation"))?;

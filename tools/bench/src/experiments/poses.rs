@@ -7,7 +7,7 @@ use bhm_host::{
 };
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, take};
+use super::trial::{BeamSplit, Trial, take};
 use crate::{
     evaluation::Truth,
     metrics::{ScoreError, Scores},
@@ -47,7 +47,7 @@ struct Contestant {
     covariance_used: bool,
     /// Held-out beams.
     #[serde(flatten)]
-    marks: Marks,
+    marks: Trial,
     /// The true world.
     world: Scores,
 }
@@ -62,7 +62,7 @@ impl Poses {
         let scans = |noise: PoseNoise| -> anyhow::Result<Vec<ScanRecord>> {
             Ok(scene.simulate(self.seed).with_pose_noise(noise)?.step_by(self.every).collect())
         };
-        let exact = Exam::of(&scans(PoseNoise::NONE)?, 0.1, self.seed)?;
+        let exact = BeamSplit::of(&scans(PoseNoise::NONE)?, 0.1, self.seed)?;
         let with = |kernel| Settings { kernel, ..*base }.fitted(SupportTable::EMPTY);
 
         let mut contestants = Vec::new();
@@ -80,16 +80,16 @@ impl Poses {
         let pairs = self.position_noise.iter().flat_map(|m| self.heading_noise.iter().map(move |rad| (*m, *rad)));
         for (position_m, heading_rad) in pairs {
             // The ranges are the same bit for bit, and so are the dice: the same beams are held out.
-            let noisy = Exam::of(&scans(PoseNoise { position_m, heading_rad })?, 0.1, self.seed)?.scans;
+            let noisy = BeamSplit::of(&scans(PoseNoise { position_m, heading_rad })?, 0.1, self.seed)?.scans;
             for kernel in KERNELS {
                 for covariance_used in [false, true] {
                     let scans = noisy.iter().cloned().map(|scan| ScanRecord {
                         pose_covariance: scan.pose_covariance.filter(|_| covariance_used),
                         ..scan
                     });
-                    let exam = Exam { scans: scans.collect(), test: exact.test.clone() };
+                    let task = BeamSplit { scans: scans.collect(), test: exact.test.clone() };
                     let used = if covariance_used { "covariance used" } else { "taken as exact" };
-                    let (marks, map) = take(&exam, format!("{}, {used}", kernel.name()), with(kernel), None)?;
+                    let (marks, map) = take(&task, format!("{}, {used}", kernel.name()), with(kernel), None)?;
                     let world = truth.score(|at| map.occupancy(at))?.ok_or(ScoreError::Empty)?;
                     contestants.push(Contestant { position_m, heading_rad, covariance_used, marks, world });
                 }

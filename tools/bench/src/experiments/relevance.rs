@@ -4,7 +4,7 @@ use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportChoice}
 use bhm_host::supports::{RelevanceOptions, learn_relevance};
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, table, take};
+use super::trial::{BeamSplit, Trial, table, take};
 
 /// Kernels and isotropic supports that are tried.
 #[derive(Clone, Debug)]
@@ -18,28 +18,28 @@ pub struct Relevance {
 /// What came of it.
 #[derive(Serialize)]
 #[serde(transparent)]
-pub struct Report(Vec<Marks>);
+pub struct Report(Vec<Trial>);
 
 impl Relevance {
     /// Learns and asks each of them.
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let mut marks: Vec<Marks> = Vec::new();
+        let mut marks: Vec<Trial> = Vec::new();
         for shape in &self.shapes {
             let settings = Settings { kernel_shape: *shape, ..base };
-            marks.push(take(exam, format!("g {shape}, points"), settings, None)?.0);
+            marks.push(take(task, format!("g {shape}, points"), settings, None)?.0);
             for size in &self.sizes {
                 let round = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..settings };
                 if round.fitted(bhm_core::support::SupportTable::EMPTY).model().is_ok() {
-                    marks.push(take(exam, format!("g {shape}, isotropic {size}"), round, None)?.0);
+                    marks.push(take(task, format!("g {shape}, isotropic {size}"), round, None)?.0);
                 }
             }
-            let learned = learn_relevance(|| &exam.scans, &settings, &RelevanceOptions::DEFAULT, String::new())?;
+            let learned = learn_relevance(|| &task.scans, &settings, &RelevanceOptions::DEFAULT, String::new())?;
             let supports = learned.supports.interned();
-            marks.push(take(exam, format!("g {shape}, learned"), settings, Some(supports))?.0);
+            marks.push(take(task, format!("g {shape}, learned"), settings, Some(supports))?.0);
         }
         Ok(Report(marks))
     }

@@ -6,7 +6,7 @@ use bhm_core::{
 };
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, table_with, take};
+use super::trial::{BeamSplit, Trial, table_with, take};
 use crate::cost::{self, Load, where_falls_to};
 
 /// Segments that are tried against points.
@@ -24,7 +24,7 @@ pub struct Report(Vec<Contestant>);
 #[derive(Serialize)]
 struct Contestant {
     #[serde(flatten)]
-    marks: Marks,
+    marks: Trial,
     /// In spacings; null for points.
     segment_length: Option<f32>,
     /// Null for segments.
@@ -41,15 +41,15 @@ impl Segments {
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
         let base = Settings { beam: BeamChoice::PointSamples, ..*base };
-        let every = exam.scans.len().div_ceil(SCANS_COUNTED);
-        let load = |settings: &Settings| Load::of(exam.scans.iter().step_by(every), settings);
+        let every = task.scans.len().div_ceil(SCANS_COUNTED);
+        let load = |settings: &Settings| Load::of(task.scans.iter().step_by(every), settings);
         let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
-        let mut contestants = vec![Contestant::learned(exam, "points, as configured".to_owned(), base)?];
+        let mut contestants = vec![Contestant::learned(task, "points, as configured".to_owned(), base)?];
         for length in &self.lengths {
             let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
-            contestants.push(Contestant::learned(exam, format!("segments of {length}"), segments)?);
+            contestants.push(Contestant::learned(task, format!("segments of {length}"), segments)?);
             let goal = load(&segments)?;
             let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
             let equal_instructions = goal.instructions(&segments)?;
@@ -57,22 +57,22 @@ impl Segments {
                 let settings = points(m);
                 load(&settings)?.instructions(&settings)
             })?;
-            contestants.push(Contestant::learned(exam, "points, equal rows".to_owned(), points(as_many_rows))?);
-            contestants.push(Contestant::learned(exam, "points, equal instructions".to_owned(), points(as_dear))?);
+            contestants.push(Contestant::learned(task, "points, equal rows".to_owned(), points(as_many_rows))?);
+            contestants.push(Contestant::learned(task, "points, equal instructions".to_owned(), points(as_dear))?);
         }
         Ok(Report(contestants))
     }
 }
 
 impl Contestant {
-    fn learned(exam: &Exam, name: String, settings: Settings) -> anyhow::Result<Self> {
-        let (marks, _) = take(exam, name, settings, None)?;
+    fn learned(task: &BeamSplit, name: String, settings: Settings) -> anyhow::Result<Self> {
+        let (marks, _) = take(task, name, settings, None)?;
         let segments = settings.beam == BeamChoice::LineSegments;
         let instructions: Result<f64, SettingsError> = cost::instructions(&settings, marks.rows, marks.passes);
         Ok(Self {
             segment_length: segments.then_some(settings.segment_length),
             free_spacing_m: (!segments).then_some(settings.free_spacing_m),
-            instructions_per_scan: instructions? / exam.scans.len() as f64,
+            instructions_per_scan: instructions? / task.scans.len() as f64,
             marks,
         })
     }
@@ -82,7 +82,7 @@ impl Report {
     /// As a table.
     #[must_use]
     pub fn text(&self) -> String {
-        let marks: Vec<&Marks> = self.0.iter().map(|contestant| &contestant.marks).collect();
+        let marks: Vec<&Trial> = self.0.iter().map(|contestant| &contestant.marks).collect();
         let cell = |of: &dyn Fn(&Contestant) -> String| self.0.iter().map(of).collect();
         let spacing =
             |one: &Contestant| one.free_spacing_m.map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"));

@@ -20,14 +20,14 @@ use crate::{
 
 /// What every contestant learns and is asked.
 #[derive(Clone, Debug)]
-pub struct Exam {
+pub struct BeamSplit {
     /// Learned: held-out beams are NaN.
     pub scans: Vec<ScanRecord>,
     /// Asked.
     pub test: TestPoints,
 }
 
-impl Exam {
+impl BeamSplit {
     /// These scans, a fraction of the beams held out.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ impl Exam {
 
 /// How a contestant did.
 #[derive(Clone, Debug, Serialize)]
-pub struct Marks {
+pub struct Trial {
     /// The contestant.
     pub name: String,
     /// Of its answers.
@@ -65,20 +65,20 @@ pub struct Marks {
 /// Room enough that no contestant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
 const CAPACITIES: Capacities = Capacities { tiles: 256, points: 1 << 18, rows: 1 << 18, touched: 1 << 14 };
 
-/// Learns the exam's scans with these settings, the tile fitted to them, and answers its questions.
+/// Learns the task's scans with these settings, the tile fitted to them, and answers its questions.
 pub(super) fn take(
-    exam: &Exam,
+    task: &BeamSplit,
     name: impl Into<String>,
     settings: Settings,
     supports: Option<&'static LearnedSupports>,
-) -> anyhow::Result<(Marks, Box<dyn AnyMap>)> {
+) -> anyhow::Result<(Trial, Box<dyn AnyMap>)> {
     let name = name.into();
     let table = supports.map_or(bhm_core::support::SupportTable::EMPTY, LearnedSupports::table);
     let settings = settings.fitted(table);
     let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
     let mut map = map::open_with(&profile, supports)?;
     let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
-    for scan in progress::over(exam.scans.iter(), name.clone()) {
+    for scan in progress::over(task.scans.iter(), name.clone()) {
         if let Ok(report) = map.integrate(&scan.as_scan()) {
             let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
             anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
@@ -89,25 +89,25 @@ pub(super) fn take(
         }
     }
     let logits: Vec<f32> =
-        exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = Scores::of(&logits, &exam.test.occupied)?;
+        task.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
+    let scores = Scores::of(&logits, &task.test.occupied)?;
     let (resident, archived) = map.tile_counts();
     let (stencil, tiles) = (settings.stencil, resident + archived);
-    Ok((Marks { name, scores, rows, passes, stencil, tiles, observations, narrowed }, map))
+    Ok((Trial { name, scores, rows, passes, stencil, tiles, observations, narrowed }, map))
 }
 
 /// The marks as a table, the best NLL marked.
-pub(super) fn table(marks: &[Marks]) -> String {
+pub(super) fn table(marks: &[Trial]) -> String {
     table_with(&marks.iter().collect::<Vec<_>>(), &[])
 }
 
 /// The same with further columns: a heading, and a cell for each of the marks.
-pub(super) fn table_with(marks: &[&Marks], further: &[(&str, Vec<String>)]) -> String {
+pub(super) fn table_with(marks: &[&Trial], further: &[(&str, Vec<String>)]) -> String {
     let best = marks.iter().map(|marks| marks.scores.nll).fold(f64::INFINITY, f64::min);
     let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles"];
     let head = head.into_iter().chain(further.iter().map(|(name, _)| *name)).chain([""]);
     let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).collect()];
-    rows.extend(marks.iter().enumerate().map(|(line, Marks { name, scores, rows, passes, stencil, tiles, .. })| {
+    rows.extend(marks.iter().enumerate().map(|(line, Trial { name, scores, rows, passes, stencil, tiles, .. })| {
         let mut cells = vec![
             name.clone(),
             scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}")),

@@ -6,7 +6,7 @@ use bhm_plot::{
 };
 
 use super::{
-    Dataset, WAYS, Way,
+    Dataset, NODE_SUPPORTS, NodeSupport,
     result::{Row, Spread},
 };
 
@@ -23,7 +23,7 @@ pub(super) fn draw(data: &Dataset, rows: &[Row], pictures: &mut PictureFolder<'_
 
     let spacing = Axis { label: "distance between supports [m]", scale: Scale::Linear };
     let title = format!("{scene}: what stands at the nodes, G = {shape_m2} m²");
-    let lines: Vec<Line> = WAYS.iter().map(|way| against_spacing(rows, *way)).collect();
+    let lines: Vec<Line> = NODE_SUPPORTS.iter().map(|support| against_spacing(rows, *support)).collect();
     write(pictures, &format!("granularity-{scene}.png"), &title, spacing, &lines)
 }
 
@@ -35,9 +35,9 @@ fn add(line: &mut Line, x: f64, row: &Row) {
     }
 }
 
-fn against_spacing(rows: &[Row], way: Way) -> Line {
-    let mut line = (way.name(), Default::default());
-    for row in rows.iter().filter(|row| row.way == way) {
+fn against_spacing(rows: &[Row], support: NodeSupport) -> Line {
+    let mut line = (support.name(), Default::default());
+    for row in rows.iter().filter(|row| row.support == support) {
         add(&mut line, f64::from(row.spacing_m), row);
     }
     line
@@ -48,15 +48,15 @@ fn against_samples(rows: &[Row], spacing_m: f32) -> [Line; 2] {
     let mut lines = ["sampled", "closed form"].map(|name| (name.to_owned(), Default::default()));
     let here = || rows.iter().filter(|row| row.spacing_m == spacing_m);
     let mut sampled: Vec<(u32, &Row)> = here()
-        .filter_map(|row| match row.way {
-            Way::Sampled(a_side) => Some((a_side * a_side, row)),
+        .filter_map(|row| match row.support {
+            NodeSupport::Sampled(a_side) => Some((a_side * a_side, row)),
             _ => None,
         })
         .collect();
     sampled.sort_by_key(|(count, _)| *count);
     for (count, row) in sampled {
         add(&mut lines[0], f64::from(count), row);
-        for exact in here().filter(|row| row.way == Way::Exact) {
+        for exact in here().filter(|row| row.support == NodeSupport::Exact) {
             add(&mut lines[1], f64::from(count), exact);
         }
     }

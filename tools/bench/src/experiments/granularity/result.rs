@@ -8,8 +8,8 @@ use bhm_host::{map::AnyMap, supports::LearnedSupports};
 use serde::Serialize;
 
 use super::{
-    super::trial::{Exam, Marks, take},
-    Dataset, Way,
+    super::trial::{BeamSplit, Trial, take},
+    Dataset, NodeSupport,
 };
 use crate::text::columns;
 
@@ -40,15 +40,15 @@ impl Spread {
 pub(super) struct Run {
     seed: u64,
     #[serde(flatten)]
-    marks: Marks,
+    marks: Trial,
 }
 
-/// One way on one lattice.
+/// One kind of support on one lattice.
 #[derive(Serialize)]
 pub(super) struct Row {
     pub(super) spacing_m: f32,
     #[serde(skip)]
-    pub(super) way: Way,
+    pub(super) support: NodeSupport,
     pub(super) supports: String,
     /// `None` where the combination was left out.
     pub(super) auc: Option<Spread>,
@@ -59,48 +59,48 @@ pub(super) struct Row {
     runs: Vec<Run>,
 }
 
-/// Learns and asks every exam; the map is the first one's. What no stencil is wide enough for is left out, and says so.
+/// Learns and asks every task; the map is the first one's. What no stencil is wide enough for is left out, and says so.
 pub(super) fn row(
-    exams: &[(u64, Exam)],
-    way: Way,
+    tasks: &[(u64, BeamSplit)],
+    support: NodeSupport,
     settings: Settings,
 ) -> anyhow::Result<(Row, Option<Box<dyn AnyMap>>)> {
-    let (spacing_m, supports) = (settings.spacing_m, way.name());
+    let (spacing_m, supports) = (settings.spacing_m, support.name());
     let (mut runs, mut first) = (Vec::new(), None);
-    for (seed, exam) in exams {
-        let table = match usable(way, exam, &settings)? {
+    for (seed, task) in tasks {
+        let table = match usable(support, task, &settings)? {
             Ok(table) => table,
             Err(cut_off) => {
                 let left_out = Some(cut_off.to_string());
                 return Ok((
-                    Row { spacing_m, way, supports, auc: None, nll: None, ece: None, left_out, runs: Vec::new() },
+                    Row { spacing_m, support, supports, auc: None, nll: None, ece: None, left_out, runs: Vec::new() },
                     None,
                 ));
             }
         };
-        let (marks, map) = take(exam, format!("{spacing_m} m, {supports}, seed {seed}"), settings, table)?;
+        let (marks, map) = take(task, format!("{spacing_m} m, {supports}, seed {seed}"), settings, table)?;
         anyhow::ensure!(marks.scores.auc.is_some(), "seed {seed}: everything that was held out is of one class");
         runs.push(Run { seed: *seed, marks });
         first.get_or_insert(map);
     }
-    let spread = |of: fn(&Marks) -> f64| Some(Spread::of(&runs.iter().map(|run| of(&run.marks)).collect::<Vec<_>>()));
+    let spread = |of: fn(&Trial) -> f64| Some(Spread::of(&runs.iter().map(|run| of(&run.marks)).collect::<Vec<_>>()));
     let (auc, nll, ece) = (spread(auc_of), spread(|marks| marks.scores.nll), spread(|marks| marks.scores.ece));
-    Ok((Row { spacing_m, way, supports, auc, nll, ece, left_out: None, runs }, first))
+    Ok((Row { spacing_m, support, supports, auc, nll, ece, left_out: None, runs }, first))
 }
 
-fn auc_of(marks: &Marks) -> f64 {
+fn auc_of(marks: &Trial) -> f64 {
     marks.scores.auc.unwrap_or(f64::NAN)
 }
 
 /// The supports that have to be learned; within, why there is no stencil for this.
 fn usable(
-    way: Way,
-    exam: &Exam,
+    support: NodeSupport,
+    task: &BeamSplit,
     settings: &Settings,
 ) -> anyhow::Result<Result<Option<&'static LearnedSupports>, SettingsError>> {
     let with = |table: SupportTable<'static, 2>| settings.fitted(table).model_with(table).err();
     let learned = match with(SupportTable::EMPTY) {
-        None => way.learned(exam, settings)?,
+        None => support.learned(task, settings)?,
         Some(cut_off @ SettingsError::CutOff { .. }) => return Ok(Err(cut_off)),
         Some(other) => return Err(other.into()),
     };
@@ -134,13 +134,13 @@ pub struct Outcome {
 
 impl Outcome {
     pub(super) fn new(data: &Dataset, rows: Vec<Row>) -> Self {
-        let of = |way: Way| rows.iter().filter(move |row| row.way == way && !row.runs.is_empty());
-        let pairs = of(Way::Points).filter_map(|points| {
-            let areas = of(Way::Exact).find(|areas| areas.spacing_m == points.spacing_m)?;
+        let of = |support: NodeSupport| rows.iter().filter(move |row| row.support == support && !row.runs.is_empty());
+        let pairs = of(NodeSupport::Points).filter_map(|points| {
+            let areas = of(NodeSupport::Exact).find(|areas| areas.spacing_m == points.spacing_m)?;
             Some((points, areas))
         });
         let gain = |(points, areas): (&Row, &Row)| {
-            let difference = |of: fn(&Marks) -> f64| {
+            let difference = |of: fn(&Trial) -> f64| {
                 let seeds = areas.runs.iter().zip(&points.runs);
                 Spread::of(&seeds.map(|(areas, points)| of(&areas.marks) - of(&points.marks)).collect::<Vec<_>>())
             };
@@ -159,7 +159,7 @@ impl Outcome {
     pub(super) fn csv(&self) -> String {
         let mut csv = "scene,shape_m2,spacing_m,supports,seed,auc,nll,ece,rows,passes,stencil,tiles\n".to_owned();
         for (row, run) in self.rows.iter().flat_map(|row| row.runs.iter().map(move |run| (row, run))) {
-            let Marks { scores, rows, passes, stencil, tiles, .. } = &run.marks;
+            let Trial { scores, rows, passes, stencil, tiles, .. } = &run.marks;
             csv += &format!(
                 "{},{},{},\"{}\",{},{},{},{},{rows},{passes},{stencil},{tiles}\n",
                 self.scene,

@@ -22,7 +22,7 @@ use bhm_plot::{
 use serde::Serialize;
 
 use self::alignment::{Alignment, alignment};
-use super::trial::{Exam, Marks, table, take};
+use super::trial::{BeamSplit, Trial, table, take};
 
 /// Where pictures of what stands at the nodes go.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ const COLOUR: Rgb888 = Rgb888::new(225, 30, 45);
 pub struct Report {
     spacing_m: f32,
     alignment: Alignment,
-    contestants: Vec<Marks>,
+    contestants: Vec<Trial>,
     pictures: Vec<PathBuf>,
 }
 
@@ -60,7 +60,7 @@ impl Shapes {
     ///
     /// # Errors
     /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
         let points =
             Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
         let rectangles = Settings {
@@ -73,7 +73,7 @@ impl Shapes {
             settings.fitted(SupportTable::EMPTY).model()?;
         }
         let mut pictures = PictureFolder::into(&self.folder)?;
-        let learned = learn_relevance(|| &exam.scans, &points, &RelevanceOptions::DEFAULT, String::new())?;
+        let learned = learn_relevance(|| &task.scans, &points, &RelevanceOptions::DEFAULT, String::new())?;
         let learned = learned.supports.interned();
 
         let subject = |file, name, legend, settings, supports| Subject { file, name, legend, settings, supports };
@@ -92,7 +92,7 @@ impl Shapes {
         // The same part of the plane in all pictures: what the first map knows.
         let mut bounds_m = None;
         for subject in subjects {
-            let (marks, map) = take(exam, subject.name, subject.settings, subject.supports)?;
+            let (marks, map) = take(task, subject.name, subject.settings, subject.supports)?;
             let bounds_m = match bounds_m {
                 Some(bounds_m) => bounds_m,
                 None => *bounds_m.insert(observed(&*map)?),
@@ -105,7 +105,7 @@ impl Shapes {
         }
         let report = Report {
             spacing_m: points.spacing_m,
-            alignment: alignment(&exam.scans, points.limits.range_max_m, learned),
+            alignment: alignment(&task.scans, points.limits.range_max_m, learned),
             contestants,
             pictures: pictures.files,
         };
