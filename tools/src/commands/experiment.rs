@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use bhm_bench::{
-    experiments::{self, BeamSplit, granularity, shapes},
+    evaluation::BeamSplit,
+    experiments::{self, granularity, shapes},
     reading,
     scattered::{Clusters, MAX_SCATTERED},
 };
@@ -13,7 +14,6 @@ use bhm_host::{
     dataset::{self, ReadOptions, ScanLog},
     sim::Scene,
 };
-use bhm_plot::folder;
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
@@ -45,9 +45,6 @@ macro_rules! experiments {
 
 experiments! { Granularity, Kernels, Placement, Poses, Relevance, Segments, Shapes }
 
-/// The part of the beams that is held out.
-const FRACTION: f64 = 0.1;
-
 /// A log of which some is held out, and the map options: what most experiments begin with.
 #[derive(Args, Debug)]
 struct OnLog {
@@ -66,19 +63,19 @@ struct OnLog {
 
 impl OnLog {
     /// What is learned and asked, and the settings; `None` if options were only to be printed.
-    fn task(&self) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
-        self.exam_with(&[])
+    fn split(&self) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
+        self.split_with(&[])
     }
 
     /// The same with other defaults than the profile's for some numbers.
-    fn exam_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
+    fn split_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
         let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(None) };
         let Effective { profile, max_range_m, .. } = &options;
         let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
         reading::scan_log(log, &report);
         options.prepare(&mut scans);
         let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        Ok(Some((BeamSplit::of(&scans, FRACTION, self.seed)?, profile.settings)))
+        Ok(Some((experiments::split(&scans, self.seed)?, profile.settings)))
     }
 }
 
@@ -100,12 +97,11 @@ struct Kernels {
 
 impl Kernels {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
+        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
         let Self { shapes, two_scales_shapes, .. } = self;
         let experiment =
             experiments::kernels::Kernels { shapes: shapes.clone(), two_scales_shapes: two_scales_shapes.clone() };
-        let report = experiment.run(&task, &settings)?;
-        output.result(&report, || report.text())
+        output.report(&experiment.run(&split, &settings)?)
     }
 }
 
@@ -127,11 +123,10 @@ struct Relevance {
 
 impl Relevance {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
+        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
         let Self { shapes, sizes, .. } = self;
         let experiment = experiments::relevance::Relevance { shapes: shapes.clone(), sizes: sizes.clone() };
-        let report = experiment.run(&task, &settings)?;
-        output.result(&report, || report.text())
+        output.report(&experiment.run(&split, &settings)?)
     }
 }
 
@@ -150,9 +145,8 @@ struct Segments {
 
 impl Segments {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
-        let report = experiments::segments::Segments { lengths: self.lengths.clone() }.run(&task, &settings)?;
-        output.result(&report, || report.text())
+        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
+        output.report(&experiments::segments::Segments { lengths: self.lengths.clone() }.run(&split, &settings)?)
     }
 }
 
@@ -187,7 +181,7 @@ impl Placement {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
         let given = self.list.as_deref().map(Clusters::load).transpose()?;
-        let Some((task, settings)) = self.on.task()? else { return Ok(()) };
+        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
         let Self { counts, shapes, hit_weights, .. } = self;
         let experiment = experiments::placement::Placement {
             given,
@@ -196,8 +190,7 @@ impl Placement {
             hit_weights: hit_weights.clone(),
             seed: self.on.seed,
         };
-        let report = experiment.run(&task, &settings)?;
-        output.result(&report, || report.text())
+        output.report(&experiment.run(&split, &settings)?)
     }
 }
 
@@ -237,8 +230,7 @@ impl Poses {
             position_noise: self.position_noise.clone(),
             heading_noise: self.heading_noise.clone(),
         };
-        let report = experiment.run(&options.profile.settings)?;
-        output.result(&report, || report.text())
+        output.report(&experiment.run(&options.profile.settings)?)
     }
 }
 
@@ -258,10 +250,11 @@ struct Shapes {
 
 impl Shapes {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((task, settings)) = self.on.exam_with(&[(Number::Spacing, shapes::SPACING_M)])? else { return Ok(()) };
+        let Some((split, settings)) = self.on.split_with(&[(Number::Spacing, shapes::SPACING_M)])? else {
+            return Ok(());
+        };
         let Some(folder) = self.output.clone() else { return Ok(()) };
-        let report = shapes::Shapes { folder }.run(&task, &settings)?;
-        output.result(&report, || report.text())
+        output.report(&shapes::Shapes { folder }.run(&split, &settings)?)
     }
 }
 
@@ -315,7 +308,6 @@ impl Granularity {
             free_spacing_m: self.free_spacing,
             maps: self.maps,
         };
-        let (outcome, pictures) = experiment.run()?;
-        output.result(&outcome, || outcome.text() + "\n" + &folder::list(&pictures))
+        output.report(&experiment.run()?)
     }
 }

@@ -20,7 +20,7 @@ mod unseen;
 pub use contestant::{Contestant, UnknownContestant};
 pub use dataset::{Dataset, DatasetProblem, Loaded, Origin};
 pub use hold::{hold, load, rounds};
-pub use outcome::{Checkpoint, Ending, Outcome, Quantiles, Spread, UnseenScores};
+pub use outcome::{Checkpoint, Ending, Outcome, Quantiles, UnseenScores};
 pub use results::{Results, ResultsError};
 pub use run::{RunOptions, run, setup};
 pub use runner::{Contest, Progress, Round};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     evaluation::{TestPoints, Timing},
-    metrics::{ScoreError, Scores},
+    metrics::{ScoreError, Scores, Spread},
 };
 
 /// All that is kept of one contestant on one task.
@@ -79,17 +79,6 @@ pub struct Checkpoint {
     pub nll: f64,
 }
 
-/// A mean, and twice the standard deviation around it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
-    /// The mean.
-    pub mean: f64,
-    /// Twice the standard deviation (of the sample).
-    pub two_sigma: f64,
-    /// Of how many.
-    pub count: usize,
-}
-
 /// What is said of places that no beam saw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnseenScores {
@@ -137,30 +126,6 @@ impl Outcome {
     }
 }
 
-impl Spread {
-    /// Of these values; `None` if there are none.
-    #[must_use]
-    pub fn of(values: &[f64]) -> Option<Self> {
-        let count = values.len();
-        let mean = (count > 0).then(|| values.iter().sum::<f64>() / count as f64)?;
-        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        Some(Self { mean, two_sigma: 2.0 * (squares / (count.max(2) - 1) as f64).sqrt(), count })
-    }
-
-    /// Of all the values that these are of; `None` if there are none.
-    #[must_use]
-    pub fn pooled(parts: &[Self]) -> Option<Self> {
-        let count: usize = parts.iter().map(|part| part.count).sum();
-        let mean = parts.iter().map(|part| part.mean * part.count as f64).sum::<f64>() / count as f64;
-        let squares = |part: &Self| {
-            let within = (0.5 * part.two_sigma).powi(2) * (part.count.max(1) - 1) as f64;
-            within + part.count as f64 * (part.mean - mean).powi(2)
-        };
-        let squares: f64 = parts.iter().map(squares).sum();
-        (count > 0).then(|| Self { mean, two_sigma: 2.0 * (squares / (count.max(2) - 1) as f64).sqrt(), count })
-    }
-}
-
 impl Quantiles {
     /// Of these values, by nearest rank; `None` if there are none.
     #[must_use]
@@ -196,13 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spreads_and_quantiles_are_those_of_textbooks() {
-        let spread = Spread::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]).unwrap();
-        // Sum of squares about the mean of 5 is 32, of 8 values.
-        assert_eq!((spread.mean, spread.count), (5.0, 8));
-        assert!((spread.two_sigma - 2.0 * (32.0_f64 / 7.0).sqrt()).abs() < 1e-12);
-        assert_eq!(Spread::of(&[3.0]).unwrap().two_sigma, 0.0);
-        assert_eq!(Spread::of(&[]), None);
+    fn quantiles_are_those_of_textbooks() {
         let quantiles = Quantiles::of((1..=100).rev().map(f64::from).collect()).unwrap();
         assert_eq!((quantiles.at, quantiles.mean), ([5.0, 25.0, 50.0, 75.0, 95.0], 50.5));
         assert_eq!(Quantiles::of(vec![]), None);

@@ -1,7 +1,7 @@
 use serde::Serialize;
 
-use super::{Ending, Outcome, Spread};
-use crate::evaluation::Timing;
+use super::{Ending, Outcome};
+use crate::{evaluation::Timing, metrics::Spread};
 
 /// How contestants did on one dataset with one thing held out, over all seeds.
 #[derive(Clone, Debug, Serialize)]

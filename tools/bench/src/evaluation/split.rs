@@ -1,10 +1,15 @@
 use std::fmt;
 
-use bhm_core::geometry::Pose;
+use bhm_core::{
+    geometry::{Point, Pose},
+    tile::Occupancy,
+};
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
+
+use crate::metrics::{ScoreError, Scores};
 
 /// Free points of a beam that are asked for.
 const FREE_POINTS: usize = 2;
@@ -179,6 +184,15 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
 }
 
 impl TestPoints {
+    /// How well a map answers them.
+    ///
+    /// # Errors
+    /// If there are none, or the map says of a point what is no number.
+    pub fn score(&self, occupancy: impl Fn(&Point<2>) -> Occupancy) -> Result<Scores, ScoreError> {
+        let logits: Vec<f32> = self.points_m.iter().map(|point_m| occupancy(&Point::from(*point_m)).logit()).collect();
+        Scores::of(&logits, &self.occupied)
+    }
+
     /// The questions about scans up to this one; of more than `most` some, evenly.
     #[must_use]
     pub fn until(&self, scan: u64, most: usize) -> Self {

@@ -12,12 +12,12 @@ use bhm_core::{
 use bhm_host::supports::observe;
 use serde::Serialize;
 
-use super::trial::BeamSplit;
 use crate::{
+    evaluation::BeamSplit,
     metrics::Scores,
     progress,
     scattered::{Cluster, ClusterOptions, Clusters, ScatteredSupport, learn_clusters, open_scattered},
-    text,
+    text::{Report, columns},
 };
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
@@ -38,7 +38,7 @@ pub struct Placement {
 /// What came of it.
 #[derive(Serialize)]
 #[serde(transparent)]
-pub struct Report(Vec<Contestant>);
+pub struct Compared(Vec<Contestant>);
 
 /// How a placement did.
 #[derive(Serialize)]
@@ -57,10 +57,10 @@ impl Placement {
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
+    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let data = Data::of(task, &base)?;
+        let data = Data::of(split, &base)?;
         let counts = given.map_or_else(|| self.counts.clone(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
         for count in counts {
@@ -79,7 +79,7 @@ impl Placement {
                             seed: self.seed,
                             ..ClusterOptions::DEFAULT
                         };
-                        let clusters = learn_clusters(|| &task.scans, &base, &options)?;
+                        let clusters = learn_clusters(|| &split.training, &base, &options)?;
                         let clusters = Clusters { source: String::new(), clusters };
                         placements.extend(of_clusters(&clusters, &format!("k-means, hits {hit_weight}")));
                     }
@@ -90,11 +90,11 @@ impl Placement {
                 let settings = Settings { spacing_m: pitch_m, kernel_shape: *shape, ..base };
                 let settings = settings.fitted(SupportTable::EMPTY);
                 for (name, supports) in &placements {
-                    contestants.push(learned(task, name, settings, supports)?);
+                    contestants.push(learned(split, name, settings, supports)?);
                 }
             }
         }
-        Ok(Report(contestants))
+        Ok(Compared(contestants))
     }
 }
 
@@ -110,7 +110,7 @@ fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSuppor
 }
 
 fn learned(
-    task: &BeamSplit,
+    split: &BeamSplit,
     name: &str,
     settings: Settings,
     supports: &[ScatteredSupport],
@@ -119,12 +119,10 @@ fn learned(
     let title = format!("{}: g {kernel_shape_m2:.3} m2, {name}", supports.len());
     let mut map = open_scattered(settings, supports.to_vec())?;
     let mut rows = 0;
-    for scan in progress::over(task.scans.iter(), title.clone()) {
+    for scan in progress::over(split.training.iter(), title.clone()) {
         rows += map.integrate(scan).with_context(|| title.clone())? as u64;
     }
-    let logits: Vec<f32> =
-        task.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = Scores::of(&logits, &task.test.occupied)?;
+    let scores = split.test.score(|point_m| map.occupancy(point_m))?;
     Ok(Contestant { name: name.to_owned(), supports: supports.len(), kernel_shape_m2, scores, rows })
 }
 
@@ -136,10 +134,10 @@ struct Data {
 }
 
 impl Data {
-    fn of(task: &BeamSplit, settings: &Settings) -> anyhow::Result<Self> {
+    fn of(split: &BeamSplit, settings: &Settings) -> anyhow::Result<Self> {
         let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
         let mut points_m = Vec::new();
-        for scan in &task.scans {
+        for scan in &split.training {
             observe(scan, settings, &rule, |place| points_m.push(place.place.middle_m()));
         }
         let first = *points_m.first().ok_or_else(|| anyhow::anyhow!("the scans hold no usable observation"))?;
@@ -192,10 +190,8 @@ fn at(corner_m: &Point<2>, cell: [i32; 2], pitch_m: f32) -> ScatteredSupport {
     ScatteredSupport { centre_m, support: AnySupport::default() }
 }
 
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
+impl Report for Compared {
+    fn text(&self) -> String {
         let contestants = &self.0;
         let best = contestants.iter().map(|one| one.scores.nll).fold(f64::INFINITY, f64::min);
         let head = ["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""];
@@ -212,6 +208,6 @@ impl Report {
                 if scores.nll == best { "best".to_owned() } else { String::new() },
             ]
         }));
-        text::columns(&rows)
+        columns(&rows)
     }
 }

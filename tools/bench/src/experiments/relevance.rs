@@ -2,9 +2,9 @@
 
 use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportChoice};
 use bhm_host::supports::{RelevanceOptions, learn_relevance};
-use serde::Serialize;
 
-use super::trial::{BeamSplit, Trial, table, take};
+use super::trial::{NoColumns, Table, Variant};
+use crate::evaluation::BeamSplit;
 
 /// Kernels and isotropic supports that are tried.
 #[derive(Clone, Debug)]
@@ -15,40 +15,25 @@ pub struct Relevance {
     pub sizes: Vec<f32>,
 }
 
-/// What came of it.
-#[derive(Serialize)]
-#[serde(transparent)]
-pub struct Report(Vec<Trial>);
-
 impl Relevance {
     /// Learns and asks each of them.
     ///
     /// # Errors
-    /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
-        let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let mut marks: Vec<Trial> = Vec::new();
+    /// If a variant cannot learn all that it is shown.
+    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Table<NoColumns>> {
+        let mut variants = Vec::new();
         for shape in &self.shapes {
-            let settings = Settings { kernel_shape: *shape, ..base };
-            marks.push(take(task, format!("g {shape}, points"), settings, None)?.0);
-            for size in &self.sizes {
-                let round = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..settings };
-                if round.fitted(bhm_core::support::SupportTable::EMPTY).model().is_ok() {
-                    marks.push(take(task, format!("g {shape}, isotropic {size}"), round, None)?.0);
-                }
-            }
-            let learned = learn_relevance(|| &task.scans, &settings, &RelevanceOptions::DEFAULT, String::new())?;
-            let supports = learned.supports.interned();
-            marks.push(take(task, format!("g {shape}, learned"), settings, Some(supports))?.0);
+            let points = Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: *shape, ..*base };
+            variants.push(Variant::new(format!("g {shape}, points"), points));
+            let isotropic = self.sizes.iter().map(|size| {
+                let settings = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..points };
+                Variant::new(format!("g {shape}, isotropic {size}"), settings)
+            });
+            variants.extend(isotropic.filter(|variant| variant.fitted().model().is_ok()));
+            let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
+            let learned = learned.supports.interned();
+            variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned));
         }
-        Ok(Report(marks))
-    }
-}
-
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
-        table(&self.0)
+        Table::run(split, &variants)
     }
 }

@@ -6,8 +6,11 @@ use bhm_core::{
 };
 use serde::Serialize;
 
-use super::trial::{BeamSplit, Trial, table_with, take};
-use crate::cost::{self, Load, where_falls_to};
+use super::trial::{Columns, Table, Trial, Variant};
+use crate::{
+    cost::{Load, where_falls_to},
+    evaluation::BeamSplit,
+};
 
 /// Segments that are tried against points.
 #[derive(Clone, Debug)]
@@ -16,15 +19,9 @@ pub struct Segments {
     pub lengths: Vec<f32>,
 }
 
-/// What came of it.
+/// What the free part of a beam is learned as, and what it costs.
 #[derive(Serialize)]
-#[serde(transparent)]
-pub struct Report(Vec<Contestant>);
-
-#[derive(Serialize)]
-struct Contestant {
-    #[serde(flatten)]
-    marks: Trial,
+pub struct BeamColumns {
     /// In spacings; null for points.
     segment_length: Option<f32>,
     /// Null for segments.
@@ -40,16 +37,16 @@ impl Segments {
     /// Learns and asks each of them, and points at equal cost.
     ///
     /// # Errors
-    /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, task: &BeamSplit, base: &Settings) -> anyhow::Result<Report> {
+    /// If a variant cannot learn all that it is shown.
+    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Table<BeamColumns>> {
         let base = Settings { beam: BeamChoice::PointSamples, ..*base };
-        let every = task.scans.len().div_ceil(SCANS_COUNTED);
-        let load = |settings: &Settings| Load::of(task.scans.iter().step_by(every), settings);
+        let every = split.training.len().div_ceil(SCANS_COUNTED);
+        let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
         let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
-        let mut contestants = vec![Contestant::learned(task, "points, as configured".to_owned(), base)?];
+        let mut variants = vec![Variant::new("points, as configured", base)];
         for length in &self.lengths {
             let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
-            contestants.push(Contestant::learned(task, format!("segments of {length}"), segments)?);
+            variants.push(Variant::new(format!("segments of {length}"), segments));
             let goal = load(&segments)?;
             let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
             let equal_instructions = goal.instructions(&segments)?;
@@ -57,36 +54,27 @@ impl Segments {
                 let settings = points(m);
                 load(&settings)?.instructions(&settings)
             })?;
-            contestants.push(Contestant::learned(task, "points, equal rows".to_owned(), points(as_many_rows))?);
-            contestants.push(Contestant::learned(task, "points, equal instructions".to_owned(), points(as_dear))?);
+            variants.push(Variant::new("points, equal rows", points(as_many_rows)));
+            variants.push(Variant::new("points, equal instructions", points(as_dear)));
         }
-        Ok(Report(contestants))
+        Table::run(split, &variants)
     }
 }
 
-impl Contestant {
-    fn learned(task: &BeamSplit, name: String, settings: Settings) -> anyhow::Result<Self> {
-        let (marks, _) = take(task, name, settings, None)?;
+impl Columns for BeamColumns {
+    const HEADS: &'static [&'static str] = &["free spacing m", "M instr/scan"];
+
+    fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError> {
         let segments = settings.beam == BeamChoice::LineSegments;
-        let instructions: Result<f64, SettingsError> = cost::instructions(&settings, marks.rows, marks.passes);
         Ok(Self {
             segment_length: segments.then_some(settings.segment_length),
             free_spacing_m: (!segments).then_some(settings.free_spacing_m),
-            instructions_per_scan: instructions? / task.scans.len() as f64,
-            marks,
+            instructions_per_scan: trial.instructions_per_scan(settings)?,
         })
     }
-}
 
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let marks: Vec<&Trial> = self.0.iter().map(|contestant| &contestant.marks).collect();
-        let cell = |of: &dyn Fn(&Contestant) -> String| self.0.iter().map(of).collect();
-        let spacing =
-            |one: &Contestant| one.free_spacing_m.map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"));
-        let instructions = |one: &Contestant| format!("{:.2}", one.instructions_per_scan / 1e6);
-        table_with(&marks, &[("free spacing m", cell(&spacing)), ("M instr/scan", cell(&instructions))])
+    fn cells(&self) -> Vec<String> {
+        let spacing = self.free_spacing_m.map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"));
+        vec![spacing, format!("{:.2}", self.instructions_per_scan / 1e6)]
     }
 }

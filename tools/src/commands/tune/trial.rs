@@ -7,7 +7,7 @@ use bhm_bench::{
     metrics::Scores,
     search::{Judged, Worth},
 };
-use bhm_core::{geometry::Point, mapper::IntegrateReport, profile::Profile};
+use bhm_core::{mapper::IntegrateReport, profile::Profile};
 use bhm_host::map;
 use serde::Serialize;
 
@@ -109,9 +109,7 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
     if rows == 0 {
         return TrialResult::Failed("nothing could be learned".to_owned());
     }
-    let logits: Vec<f32> =
-        points.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = match Scores::of(&logits, &points.occupied) {
+    let scores = match points.score(|point_m| map.occupancy(point_m)) {
         Ok(scores) => scores,
         Err(error) => return TrialResult::Failed(error.to_string()),
     };

@@ -5,10 +5,8 @@ use bhm_plot::{
     folder::PictureFolder,
 };
 
-use super::{
-    Dataset, NODE_SUPPORTS, NodeSupport,
-    result::{Row, Spread},
-};
+use super::{Dataset, NODE_SUPPORTS, NodeSupport, result::Row};
+use crate::metrics::Spread;
 
 const BARS: &str = "mean ± 2 sigma over seeds";
 
@@ -29,7 +27,7 @@ pub(super) fn draw(data: &Dataset, rows: &[Row], pictures: &mut PictureFolder<'_
 
 /// What a row adds to a line at `x`.
 fn add(line: &mut Line, x: f64, row: &Row) {
-    let sample = |spread: Spread| Sample { x, y: spread.mean, error: spread.two_sigma };
+    let sample = |spread: Spread| Sample { x, y: spread.mean, error: (spread.count > 1).then_some(spread.two_sigma) };
     for (points, spread) in line.1.iter_mut().zip([row.auc, row.nll]) {
         points.extend(spread.map(sample));
     }

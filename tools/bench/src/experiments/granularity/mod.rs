@@ -15,9 +15,10 @@ use bhm_core::{
 use bhm_host::{ScanRecord, sim::Scene};
 use bhm_plot::{folder::PictureFolder, picture::Bounds};
 
-pub use self::result::Outcome;
+pub use self::result::Compared;
 use self::{node_support::NodeSupport, result::Row};
-use super::trial::BeamSplit;
+use super::split;
+use crate::evaluation::BeamSplit;
 
 /// What is compared, and how often.
 #[derive(Clone, Debug)]
@@ -86,11 +87,11 @@ const QUICK_EVERY: u32 = 4;
 const QUICK_SEEDS: u32 = 2;
 
 impl Granularity {
-    /// Learns and asks everything, and draws it; what was written is in the second part.
+    /// Learns and asks everything, and draws it.
     ///
     /// # Errors
     /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self) -> anyhow::Result<(Outcome, Vec<PathBuf>)> {
+    pub fn run(&self) -> anyhow::Result<Compared> {
         let data = DATASETS.iter().find(|data| data.scene == self.scene).unwrap_or(&DATASETS[0]);
         let scene = Scene::named(data.scene)?;
         let base = self.base();
@@ -100,11 +101,11 @@ impl Granularity {
         let quick_every = if self.quick { QUICK_EVERY } else { 1 };
         let every = self.every.unwrap_or(data.every * quick_every) as usize;
         let seeds = if self.quick { self.seeds.min(QUICK_SEEDS) } else { self.seeds };
-        let task = |seed: u64| {
+        let split_of = |seed: u64| {
             let scans: Vec<ScanRecord> = scene.simulate(seed).step_by(every).collect();
-            BeamSplit::of(&scans, 0.1, seed).map(|task| (seed, task))
+            split(&scans, seed).map(|split| (seed, split))
         };
-        let tasks: Vec<(u64, BeamSplit)> = (1..=u64::from(seeds)).map(task).collect::<Result<_, _>>()?;
+        let splits: Vec<(u64, BeamSplit)> = (1..=u64::from(seeds)).map(split_of).collect::<Result<_, _>>()?;
 
         let mut rows: Vec<Row> = Vec::new();
         for (spacing_m, support) in self.combinations(data) {
@@ -113,7 +114,7 @@ impl Granularity {
                 kernel_shape: data.shape_m2 / (spacing_m * spacing_m),
                 ..support.settings(&base)
             };
-            let (row, map) = result::row(&tasks, support, settings)?;
+            let (row, map) = result::row(&splits, support, settings)?;
             let name = match support {
                 NodeSupport::Points => "points",
                 NodeSupport::Exact => "rectangles",
@@ -128,10 +129,11 @@ impl Granularity {
             }
             rows.push(row);
         }
-        let outcome = Outcome::new(data, rows);
-        figures::draw(data, &outcome.rows, &mut pictures)?;
-        pictures.text(&format!("granularity-{}.csv", data.scene), &outcome.csv())?;
-        Ok((outcome, pictures.files))
+        let mut compared = Compared::new(data, rows);
+        figures::draw(data, &compared.rows, &mut pictures)?;
+        pictures.text(&format!("granularity-{}.csv", data.scene), &compared.csv())?;
+        compared.pictures = pictures.files;
+        Ok(compared)
     }
 
     /// What is the same for everybody.

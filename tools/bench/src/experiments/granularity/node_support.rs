@@ -3,7 +3,7 @@
 use bhm_core::{kernel::Averaging, settings::Settings, support::SupportChoice};
 use bhm_host::supports::{LearnedSupports, RelevanceOptions, learn_relevance};
 
-use super::super::trial::BeamSplit;
+use crate::evaluation::BeamSplit;
 
 /// What stands at every node. Sizes are in spacings; a rectangle's side is one, so that rectangles tessellate the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +44,13 @@ impl NodeSupport {
     /// What has to be learned first.
     pub(super) fn learned(
         self,
-        task: &BeamSplit,
+        split: &BeamSplit,
         settings: &Settings,
     ) -> anyhow::Result<Option<&'static LearnedSupports>> {
         if self != Self::Learned {
             return Ok(None);
         }
-        let learned = learn_relevance(|| &task.scans, settings, &RelevanceOptions::DEFAULT, String::new())?;
+        let learned = learn_relevance(|| &split.training, settings, &RelevanceOptions::DEFAULT, String::new())?;
         Ok(Some(learned.supports.interned()))
     }
 }
