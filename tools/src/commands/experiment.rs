@@ -1,12 +1,13 @@
 //! Experiments, each with its own options; what they compare is in `bhm_bench::experiments`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bhm_bench::{
     evaluation::BeamSplit,
-    experiments::{self, granularity, shapes},
+    experiments::{self, granularity, kernels, placement, poses, relevance, segments, shapes},
     reading,
     scattered::{Clusters, MAX_SCATTERED},
+    text::Report,
 };
 use bhm_core::{profile::OUTDOOR, settings::Settings};
 use bhm_host::{
@@ -62,20 +63,21 @@ struct OnLog {
 }
 
 impl OnLog {
-    /// What is learned and asked, and the settings; `None` if options were only to be printed.
-    fn split(&self) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
-        self.split_with(&[])
-    }
-
-    /// The same with other defaults than the profile's for some numbers.
-    fn split_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(BeamSplit, Settings)>> {
-        let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(None) };
+    /// Prints what an experiment finds, unless options were only to be printed. What some numbers are by default is the
+    /// experiment's to say.
+    fn run<R: Report>(
+        &self,
+        output: &Output,
+        defaults: &[(Number, f32)],
+        experiment: impl FnOnce(&BeamSplit, &Settings) -> anyhow::Result<R>,
+    ) -> anyhow::Result<()> {
+        let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(()) };
         let Effective { profile, max_range_m, .. } = &options;
         let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
         reading::scan_log(log, &report);
         options.prepare(&mut scans);
         let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        Ok(Some((experiments::split(&scans, self.seed)?, profile.settings)))
+        output.report(&experiment(&experiments::split(&scans, self.seed)?, &profile.settings)?)
     }
 }
 
@@ -97,11 +99,9 @@ struct Kernels {
 
 impl Kernels {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
-        let Self { shapes, two_scales_shapes, .. } = self;
-        let experiment =
-            experiments::kernels::Kernels { shapes: shapes.clone(), two_scales_shapes: two_scales_shapes.clone() };
-        output.report(&experiment.run(&split, &settings)?)
+        self.on.run(output, &[], |split, settings| {
+            kernels::compare(split, settings, &self.shapes, &self.two_scales_shapes)
+        })
     }
 }
 
@@ -123,10 +123,7 @@ struct Relevance {
 
 impl Relevance {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
-        let Self { shapes, sizes, .. } = self;
-        let experiment = experiments::relevance::Relevance { shapes: shapes.clone(), sizes: sizes.clone() };
-        output.report(&experiment.run(&split, &settings)?)
+        self.on.run(output, &[], |split, settings| relevance::compare(split, settings, &self.shapes, &self.sizes))
     }
 }
 
@@ -145,8 +142,7 @@ struct Segments {
 
 impl Segments {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
-        output.report(&experiments::segments::Segments { lengths: self.lengths.clone() }.run(&split, &settings)?)
+        self.on.run(output, &[], |split, settings| segments::compare(split, settings, &self.lengths))
     }
 }
 
@@ -180,17 +176,14 @@ impl Placement {
         if let Some(count) = self.counts.iter().find(|count| !(1..=MAX_SCATTERED).contains(*count)) {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
-        let given = self.list.as_deref().map(Clusters::load).transpose()?;
-        let Some((split, settings)) = self.on.split()? else { return Ok(()) };
-        let Self { counts, shapes, hit_weights, .. } = self;
-        let experiment = experiments::placement::Placement {
-            given,
-            counts: counts.clone(),
-            shapes: shapes.clone(),
-            hit_weights: hit_weights.clone(),
+        let placement = placement::Placement {
+            given: self.list.as_deref().map(Clusters::load).transpose()?,
+            counts: &self.counts,
+            shapes: &self.shapes,
+            hit_weights: &self.hit_weights,
             seed: self.on.seed,
         };
-        output.report(&experiment.run(&split, &settings)?)
+        self.on.run(output, &[], |split, settings| placement.compare(split, settings))
     }
 }
 
@@ -223,14 +216,14 @@ struct Poses {
 impl Poses {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
-        let experiment = experiments::poses::Poses {
+        let poses = poses::Poses {
             scene: Scene::named(&self.scene)?,
             every: self.every as usize,
             seed: self.seed,
-            position_noise: self.position_noise.clone(),
-            heading_noise: self.heading_noise.clone(),
+            position_noise: &self.position_noise,
+            heading_noise: &self.heading_noise,
         };
-        output.report(&experiment.run(&options.profile.settings)?)
+        output.report(&poses.compare(&options.profile.settings)?)
     }
 }
 
@@ -250,11 +243,10 @@ struct Shapes {
 
 impl Shapes {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((split, settings)) = self.on.split_with(&[(Number::Spacing, shapes::SPACING_M)])? else {
-            return Ok(());
-        };
-        let Some(folder) = self.output.clone() else { return Ok(()) };
-        output.report(&shapes::Shapes { folder }.run(&split, &settings)?)
+        let folder = self.output.as_deref().unwrap_or(Path::new(""));
+        self.on.run(output, &[(Number::Spacing, shapes::SPACING_M)], |split, settings| {
+            shapes::compare(split, settings, folder)
+        })
     }
 }
 
@@ -308,6 +300,6 @@ impl Granularity {
             free_spacing_m: self.free_spacing,
             maps: self.maps,
         };
-        output.report(&experiment.run()?)
+        output.report(&experiment.compare()?)
     }
 }

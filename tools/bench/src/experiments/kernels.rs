@@ -9,15 +9,6 @@ use serde::Serialize;
 use super::trial::{Columns, Table, Trial, Variant};
 use crate::{evaluation::BeamSplit, text::Report};
 
-/// Kernels that are tried beside the cubic B-spline.
-#[derive(Clone, Debug)]
-pub struct Kernels {
-    /// Shapes of the squared exponential, in units of spacing².
-    pub shapes: Vec<f32>,
-    /// Shapes of the narrower of two scales, in units of spacing².
-    pub two_scales_shapes: Vec<f32>,
-}
-
 /// What a kernel is and costs.
 #[derive(Serialize)]
 pub struct KernelColumns {
@@ -36,33 +27,37 @@ pub struct Compared {
     refused: Vec<String>,
 }
 
-impl Kernels {
-    /// Learns and asks each of them.
-    ///
-    /// # Errors
-    /// If a variant cannot learn all that it is shown.
-    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
-        let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<Variant> {
-            let one = |shape: &f32| {
-                let settings = Settings { kernel, kernel_shape: *shape, ..*base };
-                Variant::new(format!("{} {shape}", kernel.name()), settings)
-            };
-            shapes.iter().map(one).collect()
+/// Learns and asks the cubic B-spline, squared exponentials of these shapes, in units of spacing², and sums of two of them, of
+/// which the narrower has these shapes.
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(
+    split: &BeamSplit,
+    base: &Settings,
+    shapes: &[f32],
+    two_scales_shapes: &[f32],
+) -> anyhow::Result<Compared> {
+    let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<Variant> {
+        let one = |shape: &f32| {
+            let settings = Settings { kernel, kernel_shape: *shape, ..*base };
+            Variant::new(format!("{} {shape}", kernel.name()), settings)
         };
-        let spline = KernelChoice::CubicBSpline;
-        let mut variants = vec![Variant::new(spline.name(), Settings { kernel: spline, ..*base })];
-        variants.extend(shaped(KernelChoice::SquaredExponential, &self.shapes));
-        variants.extend(shaped(KernelChoice::TwoScales, &self.two_scales_shapes));
-        let mut refused = Vec::new();
-        variants.retain(|variant| match variant.fitted().model() {
-            Ok(_) => true,
-            Err(error) => {
-                refused.push(format!("{}: {error}", variant.name));
-                false
-            }
-        });
-        Ok(Compared { contestants: Table::run(split, &variants)?, refused })
-    }
+        shapes.iter().map(one).collect()
+    };
+    let spline = KernelChoice::CubicBSpline;
+    let mut variants = vec![Variant::new(spline.name(), Settings { kernel: spline, ..*base })];
+    variants.extend(shaped(KernelChoice::SquaredExponential, shapes));
+    variants.extend(shaped(KernelChoice::TwoScales, two_scales_shapes));
+    let mut refused = Vec::new();
+    variants.retain(|variant| match variant.fitted().model() {
+        Ok(_) => true,
+        Err(error) => {
+            refused.push(format!("{}: {error}", variant.name));
+            false
+        }
+    });
+    Ok(Compared { contestants: Table::run(split, &variants)?, refused })
 }
 
 impl Columns for KernelColumns {

@@ -22,15 +22,15 @@ use crate::{
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
 #[derive(Clone, Debug)]
-pub struct Placement {
+pub struct Placement<'a> {
     /// Clusters that are given.
     pub given: Option<Clusters>,
     /// Numbers of supports, where none are given.
-    pub counts: Vec<usize>,
+    pub counts: &'a [usize],
     /// Shapes of the squared exponential, in units of the squared pitch of the lattice over the cells that hold data.
-    pub shapes: Vec<f32>,
+    pub shapes: &'a [f32],
     /// How many observations a hit counts as when clusters are looked for.
-    pub hit_weights: Vec<f32>,
+    pub hit_weights: &'a [f32],
     /// Seed of where clusters begin.
     pub seed: u64,
 }
@@ -52,16 +52,16 @@ struct Contestant {
     rows: u64,
 }
 
-impl Placement {
+impl Placement<'_> {
     /// Learns and asks each of them.
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
+    pub fn compare(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
         let data = Data::of(split, &base)?;
-        let counts = given.map_or_else(|| self.counts.clone(), |given| vec![given.clusters.len()]);
+        let counts = given.map_or_else(|| self.counts.to_vec(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
         for count in counts {
             let (pitch_m, observed) = data.observed_cells(count);
@@ -72,7 +72,7 @@ impl Placement {
             match given {
                 Some(given) => placements.extend(of_clusters(given, "list")),
                 None => {
-                    for hit_weight in &self.hit_weights {
+                    for hit_weight in self.hit_weights {
                         let options = ClusterOptions {
                             clusters: count,
                             hit_weight: *hit_weight,
@@ -85,7 +85,7 @@ impl Placement {
                     }
                 }
             }
-            for shape in &self.shapes {
+            for shape in self.shapes {
                 // The lattice of the settings is not the map's; its spacing gives the kernel's shape its unit.
                 let settings = Settings { spacing_m: pitch_m, kernel_shape: *shape, ..base };
                 let settings = settings.fitted(SupportTable::EMPTY);

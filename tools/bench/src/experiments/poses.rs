@@ -16,7 +16,7 @@ use crate::{
 
 /// Noise that is tried.
 #[derive(Clone, Debug)]
-pub struct Poses {
+pub struct Poses<'a> {
     /// World, route and lidar.
     pub scene: &'static Scene,
     /// Every how many scans are used.
@@ -24,9 +24,9 @@ pub struct Poses {
     /// Seed of all noise, of what is held out and of what is asked.
     pub seed: u64,
     /// Standard deviations of the position along each axis, metres.
-    pub position_noise: Vec<f64>,
+    pub position_noise: &'a [f64],
     /// Standard deviations of the heading, radians.
-    pub heading_noise: Vec<f64>,
+    pub heading_noise: &'a [f64],
 }
 
 /// What came of it.
@@ -52,12 +52,12 @@ struct Contestant {
     world: Scores,
 }
 
-impl Poses {
+impl Poses<'_> {
     /// Learns and asks each of them.
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, base: &Settings) -> anyhow::Result<Compared> {
+    pub fn compare(&self, base: &Settings) -> anyhow::Result<Compared> {
         let scene = self.scene;
         let scans = |noise: PoseNoise| -> anyhow::Result<Vec<ScanRecord>> {
             Ok(scene.simulate(self.seed).with_pose_noise(noise)?.step_by(self.every).collect())

@@ -6,34 +6,24 @@ use bhm_host::supports::{RelevanceOptions, learn_relevance};
 use super::trial::{NoColumns, Table, Variant};
 use crate::evaluation::BeamSplit;
 
-/// Kernels and isotropic supports that are tried.
-#[derive(Clone, Debug)]
-pub struct Relevance {
-    /// Kernel shapes, in units of spacing².
-    pub shapes: Vec<f32>,
-    /// Standard deviations of isotropic supports, in spacings.
-    pub sizes: Vec<f32>,
-}
-
-impl Relevance {
-    /// Learns and asks each of them.
-    ///
-    /// # Errors
-    /// If a variant cannot learn all that it is shown.
-    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Table<NoColumns>> {
-        let mut variants = Vec::new();
-        for shape in &self.shapes {
-            let points = Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: *shape, ..*base };
-            variants.push(Variant::new(format!("g {shape}, points"), points));
-            let isotropic = self.sizes.iter().map(|size| {
-                let settings = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..points };
-                Variant::new(format!("g {shape}, isotropic {size}"), settings)
-            });
-            variants.extend(isotropic.filter(|variant| variant.fitted().model().is_ok()));
-            let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
-            let learned = learned.supports.interned();
-            variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned));
-        }
-        Table::run(split, &variants)
+/// Learns and asks points, isotropic supports of these standard deviations in spacings, and learned ones, each with kernels of
+/// these shapes, in units of spacing².
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, shapes: &[f32], sizes: &[f32]) -> anyhow::Result<Table<NoColumns>> {
+    let mut variants = Vec::new();
+    for shape in shapes {
+        let points = Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: *shape, ..*base };
+        variants.push(Variant::new(format!("g {shape}, points"), points));
+        let isotropic = sizes.iter().map(|size| {
+            let settings = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..points };
+            Variant::new(format!("g {shape}, isotropic {size}"), settings)
+        });
+        variants.extend(isotropic.filter(|variant| variant.fitted().model().is_ok()));
+        let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
+        let learned = learned.supports.interned();
+        variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned));
     }
+    Table::run(split, &variants)
 }

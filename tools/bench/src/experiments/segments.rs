@@ -12,13 +12,6 @@ use crate::{
     evaluation::BeamSplit,
 };
 
-/// Segments that are tried against points.
-#[derive(Clone, Debug)]
-pub struct Segments {
-    /// Longest segments, in spacings; each line of the lattice cuts once more.
-    pub lengths: Vec<f32>,
-}
-
 /// What the free part of a beam is learned as, and what it costs.
 #[derive(Serialize)]
 pub struct BeamColumns {
@@ -33,32 +26,31 @@ pub struct BeamColumns {
 /// Scans that a density is found by: it is that of a mean, and the final table says what came of it.
 const SCANS_COUNTED: usize = 100;
 
-impl Segments {
-    /// Learns and asks each of them, and points at equal cost.
-    ///
-    /// # Errors
-    /// If a variant cannot learn all that it is shown.
-    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Table<BeamColumns>> {
-        let base = Settings { beam: BeamChoice::PointSamples, ..*base };
-        let every = split.training.len().div_ceil(SCANS_COUNTED);
-        let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
-        let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
-        let mut variants = vec![Variant::new("points, as configured", base)];
-        for length in &self.lengths {
-            let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
-            variants.push(Variant::new(format!("segments of {length}"), segments));
-            let goal = load(&segments)?;
-            let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
-            let equal_instructions = goal.instructions(&segments)?;
-            let as_dear = where_falls_to(equal_instructions, |m| {
-                let settings = points(m);
-                load(&settings)?.instructions(&settings)
-            })?;
-            variants.push(Variant::new("points, equal rows", points(as_many_rows)));
-            variants.push(Variant::new("points, equal instructions", points(as_dear)));
-        }
-        Table::run(split, &variants)
+/// Learns and asks segments of these lengths at most, in spacings, and points at equal cost; each line of the lattice cuts a
+/// segment once more.
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, lengths: &[f32]) -> anyhow::Result<Table<BeamColumns>> {
+    let base = Settings { beam: BeamChoice::PointSamples, ..*base };
+    let every = split.training.len().div_ceil(SCANS_COUNTED);
+    let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
+    let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
+    let mut variants = vec![Variant::new("points, as configured", base)];
+    for length in lengths {
+        let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
+        variants.push(Variant::new(format!("segments of {length}"), segments));
+        let goal = load(&segments)?;
+        let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
+        let equal_instructions = goal.instructions(&segments)?;
+        let as_dear = where_falls_to(equal_instructions, |m| {
+            let settings = points(m);
+            load(&settings)?.instructions(&settings)
+        })?;
+        variants.push(Variant::new("points, equal rows", points(as_many_rows)));
+        variants.push(Variant::new("points, equal instructions", points(as_dear)));
     }
+    Table::run(split, &variants)
 }
 
 impl Columns for BeamColumns {

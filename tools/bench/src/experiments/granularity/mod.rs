@@ -91,7 +91,7 @@ impl Granularity {
     ///
     /// # Errors
     /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self) -> anyhow::Result<Compared> {
+    pub fn compare(&self) -> anyhow::Result<Compared> {
         let data = DATASETS.iter().find(|data| data.scene == self.scene).unwrap_or(&DATASETS[0]);
         let scene = Scene::named(data.scene)?;
         let base = self.base();

@@ -2,7 +2,7 @@
 
 mod alignment;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bhm_core::{
     kernel::{Averaging, KernelChoice},
@@ -24,13 +24,6 @@ use serde::Serialize;
 use self::alignment::{Alignment, alignment};
 use super::{NoColumns, Table, Trial, Variant};
 use crate::{evaluation::BeamSplit, text::Report};
-
-/// Where pictures of what stands at the nodes go.
-#[derive(Clone, Debug)]
-pub struct Shapes {
-    /// Made if need be.
-    pub folder: PathBuf,
-}
 
 /// Distance between supports at which a picture of a building shows them, metres.
 pub const SPACING_M: f32 = 1.0;
@@ -54,57 +47,54 @@ struct Subject {
     variant: Variant,
 }
 
-impl Shapes {
-    /// Learns, asks and draws each of them.
-    ///
-    /// # Errors
-    /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Drawn> {
-        let points =
-            Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
-        let rectangles = Settings {
-            support: SupportChoice::RectangularSupport,
-            support_size: 1.0,
-            support_averaging: Averaging::Exact,
-            ..points
-        };
-        for settings in [points, rectangles] {
-            settings.fitted(SupportTable::EMPTY).model()?;
-        }
-        let mut pictures = PictureFolder::into(&self.folder)?;
-        let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
-        let learned = learned.supports.interned();
-
-        let subject = |file, legend, variant| Subject { file, legend, variant };
-        let gaussians = Variant::new("learned Gaussians", points).with_supports(learned);
-        let subjects = [
-            subject("shapes-a-points.png", "points", Variant::new("points", points)),
-            subject("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
-            subject("shapes-c-rectangles.png", "rectangles of one spacing", Variant::new("rectangles", rectangles)),
-        ];
-        let mut trials: Vec<Trial> = Vec::new();
-        // The same part of the plane in all pictures: what the first map knows.
-        let mut bounds_m = None;
-        for subject in subjects {
-            let (trial, map) = Trial::run(split, &subject.variant)?;
-            let bounds_m = match bounds_m {
-                Some(bounds_m) => bounds_m,
-                None => *bounds_m.insert(observed(&*map)?),
-            };
-            let shapes = shapes(&map.model().basis.lattice, &bounds_m, &subject.variant);
-            let overlay = Overlay { legend: subject.legend, colour: COLOUR, shapes: &shapes };
-            let title = format!("{}, {} m apart", subject.variant.name, points.spacing_m);
-            pictures.map(subject.file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
-            trials.push(trial);
-        }
-        let drawn = Drawn {
-            spacing_m: points.spacing_m,
-            alignment: alignment(&split.training, points.limits.range_max_m, learned),
-            contestants: Table::of(trials),
-            pictures: pictures.files,
-        };
-        Ok(drawn)
+/// Learns, asks and draws each kind of support; the folder is made if need be.
+///
+/// # Errors
+/// If a file cannot be written, or a contestant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, folder: &Path) -> anyhow::Result<Drawn> {
+    let points = Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
+    let rectangles = Settings {
+        support: SupportChoice::RectangularSupport,
+        support_size: 1.0,
+        support_averaging: Averaging::Exact,
+        ..points
+    };
+    for settings in [points, rectangles] {
+        settings.fitted(SupportTable::EMPTY).model()?;
     }
+    let mut pictures = PictureFolder::into(folder)?;
+    let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
+    let learned = learned.supports.interned();
+
+    let subject = |file, legend, variant| Subject { file, legend, variant };
+    let gaussians = Variant::new("learned Gaussians", points).with_supports(learned);
+    let subjects = [
+        subject("shapes-a-points.png", "points", Variant::new("points", points)),
+        subject("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
+        subject("shapes-c-rectangles.png", "rectangles of one spacing", Variant::new("rectangles", rectangles)),
+    ];
+    let mut trials: Vec<Trial> = Vec::new();
+    // The same part of the plane in all pictures: what the first map knows.
+    let mut bounds_m = None;
+    for subject in subjects {
+        let (trial, map) = Trial::run(split, &subject.variant)?;
+        let bounds_m = match bounds_m {
+            Some(bounds_m) => bounds_m,
+            None => *bounds_m.insert(observed(&*map)?),
+        };
+        let shapes = shapes(&map.model().basis.lattice, &bounds_m, &subject.variant);
+        let overlay = Overlay { legend: subject.legend, colour: COLOUR, shapes: &shapes };
+        let title = format!("{}, {} m apart", subject.variant.name, points.spacing_m);
+        pictures.map(subject.file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
+        trials.push(trial);
+    }
+    let drawn = Drawn {
+        spacing_m: points.spacing_m,
+        alignment: alignment(&split.training, points.limits.range_max_m, learned),
+        contestants: Table::of(trials),
+        pictures: pictures.files,
+    };
+    Ok(drawn)
 }
 
 impl Report for Drawn {
