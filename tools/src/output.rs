@@ -4,6 +4,7 @@ use bhm_core::settings::SettingsError;
 use bhm_plot::picture::PictureError;
 use serde::Serialize;
 
+use bhm_bench::text::Report;
 pub(crate) use bhm_bench::text::{bytes, columns, markdown, table};
 
 /// Where results go.
@@ -28,6 +29,11 @@ impl Output {
     /// Prints a command's result: one JSON object, or the text, on standard output.
     pub(crate) fn result(self, result: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
         print(&if self.json { serde_json::to_string(result)? + "\n" } else { text() })
+    }
+
+    /// Prints what came of something.
+    pub(crate) fn report(self, report: &impl Report) -> anyhow::Result<()> {
+        self.result(report, || report.text())
     }
 }
 

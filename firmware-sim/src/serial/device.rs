@@ -12,7 +12,6 @@ use super::{
     frame::read,
     packed::{self, TileVersion, tile_floats},
     sent::SentTiles,
-    settings_fingerprint,
 };
 use crate::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
 
@@ -379,7 +378,7 @@ fn hello<const M: usize, const B: usize>(run: u64, profile: &Profile, slots: usi
     HelloFrame {
         run,
         profile: profile.name,
-        settings: settings_fingerprint(&profile.settings),
+        settings: profile.settings.digest().0,
         passes: profile.settings.passes,
         supports: M as u32,
         band: B as u32,

@@ -139,7 +139,7 @@ pub struct HelloFrame<'a> {
     pub run: u64,
     /// The name of its profile.
     pub profile: &'a str,
-    /// The [fingerprint](super::settings_fingerprint) of its settings.
+    /// The [digest](bhm_core::settings::Settings::digest) of its settings.
     pub settings: u32,
     /// Passes over each scan.
     pub passes: u32,

@@ -9,7 +9,7 @@
 //! | | [`Scan`](ToDevice::Scan) | the tiles that changed, a directory, a status |
 //! | | [`Refresh`](ToDevice::Refresh): tiles that the host lacks | those, a directory, a status |
 //! | | [`Finish`](ToDevice::Finish) | `Finishing`, what is left to be sent, and then no more |
-//! | device → host | [`Hello`](FromDevice::Hello): run, profile, fingerprint of the settings, shape | |
+//! | device → host | [`Hello`](FromDevice::Hello): run, profile, digest of the settings, shape | |
 //! | | [`TilePart`](FromDevice::TilePart): a part of a tile | |
 //! | | [`Directory`](FromDevice::Directory): what the host must have by now | a refresh, if it has not |
 //! | | [`Status`](FromDevice::Status): how far the device is, with the counters of the loop and of its link | |
@@ -24,7 +24,6 @@
 #![forbid(unsafe_code)]
 
 mod device;
-mod fingerprint;
 mod frame;
 #[cfg(feature = "ipc")]
 mod host;
@@ -37,7 +36,6 @@ mod sent;
 mod tests;
 
 pub use device::{LinkBuffers, Port, SerialFault, SerialLink};
-pub use fingerprint::settings_fingerprint;
 pub use frame::{Damage, Deframer, DoesNotFit, PROTOCOL_VERSION, encode};
 #[cfg(feature = "ipc")]
 pub use host::*;

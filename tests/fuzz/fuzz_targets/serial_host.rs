@@ -4,7 +4,7 @@
 use bhm_core::profile;
 use bhm_firmware_sim::serial::{
     Bytes, DirectoryPart, Event, FROM_DEVICE_BYTES, FromDevice, HelloFrame, HostEnd, NewsFrame, StatusFrame, TilePart,
-    encode, packed::TileVersion, settings_fingerprint,
+    encode, packed::TileVersion,
 };
 
 const RUN: u64 = 7;
@@ -18,7 +18,7 @@ fn hello() -> FromDevice<'static> {
     FromDevice::Hello(HelloFrame {
         run: RUN,
         profile: "compact",
-        settings: settings_fingerprint(&profile::COMPACT.settings),
+        settings: profile::COMPACT.settings.digest().0,
         passes: 3,
         supports: 144,
         band: 40,

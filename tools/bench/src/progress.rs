@@ -15,24 +15,24 @@ pub fn over<I: ExactSizeIterator>(items: I, what: impl Into<Cow<'static, str>>) 
     items.progress_with(bar.with_finish(indicatif::ProgressFinish::AndClear))
 }
 
-/// Shows how a contest goes: a bar for all exams and one for each that is being taken; without a terminal, a line at the end
+/// Shows how a contest goes: a bar for all tasks and one for each that is running; without a terminal, a line at the end
 /// of each.
 pub struct ContestBars {
     bars: MultiProgress,
-    exams: ProgressBar,
+    tasks: ProgressBar,
     jobs: Vec<ProgressBar>,
 }
 
 impl ContestBars {
-    /// For so many exams, of which so many are taken at once.
-    pub fn new(exams: usize, jobs: usize) -> Self {
+    /// For so many tasks, of which so many run at once.
+    pub fn new(tasks: usize, jobs: usize) -> Self {
         let style = |template| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let bars = MultiProgress::new();
-        let all = bars.add(ProgressBar::new(exams as u64).with_style(style("exams {wide_bar} {pos}/{len} {elapsed}")));
+        let all = bars.add(ProgressBar::new(tasks as u64).with_style(style("tasks {wide_bar} {pos}/{len} {elapsed}")));
         let job = |_| bars.add(ProgressBar::new(0).with_style(style("{msg} {wide_bar} {pos}/{len} scans")));
         let jobs = (0..jobs.max(1)).map(job).collect();
         all.tick();
-        Self { exams: all, jobs, bars }
+        Self { tasks: all, jobs, bars }
     }
 }
 
@@ -52,7 +52,7 @@ impl contest::Progress for ContestBars {
     }
 
     fn ends(&self, _job: usize, outcome: &Outcome) {
-        self.exams.inc(1);
+        self.tasks.inc(1);
         let nll = outcome.scores.map_or("-".to_owned(), |scores| format!("{:.4}", scores.nll));
         let Outcome { contestant, dataset, held, seed, .. } = outcome;
         self.bars.suspend(|| {
@@ -64,6 +64,6 @@ impl contest::Progress for ContestBars {
 impl Drop for ContestBars {
     fn drop(&mut self) {
         self.jobs.iter().for_each(ProgressBar::finish_and_clear);
-        self.exams.finish_and_clear();
+        self.tasks.finish_and_clear();
     }
 }

@@ -1,5 +1,13 @@
 //! Results as text: tables for a terminal and for Markdown, numbers of bytes.
 
+use serde::Serialize;
+
+/// What came of something: one JSON object for programs, text for people.
+pub trait Report: Serialize {
+    /// For people.
+    fn text(&self) -> String;
+}
+
 /// Lines of "name  value", the values in one column.
 #[must_use]
 pub fn table(rows: &[(&str, String)]) -> String {

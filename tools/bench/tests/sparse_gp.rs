@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bhm_bench::{
     baselines::{self, Setup, Size},
-    evaluation::Exam,
+    evaluation::Task,
     metrics::Scores,
 };
 use bhm_core::profile::COMPACT;
@@ -30,16 +30,16 @@ fn eight_hundred_inducing_points_map_the_intel_log() {
     let read = |part: &str| -> Vec<LabelledPoints> {
         PointLog::read(&data.join(format!("intel-beams-{part}.csv.gz"))).unwrap().scans
     };
-    let exam = Exam::of_points(read("train"), read("test"), COMPACT.settings.limits, |_| None);
+    let task = Task::of_points(read("train"), read("test"), COMPACT.settings.limits, |_| None);
     let entry = baselines::all().find(|entry| entry.name == "vsdgpom").unwrap();
     let Size::Count(size, _) = entry.size else { panic!("{:?}", entry.size) };
     assert_eq!(size, 800.0);
-    let setup = Setup { area_m: exam.area_m().unwrap(), size, limits: exam.limits, profile: COMPACT, seed: 1 };
+    let setup = Setup { area_m: task.area_m().unwrap(), size, limits: task.limits, profile: COMPACT, seed: 1 };
     let mut baseline = (entry.open)(&setup).unwrap();
-    exam.lessons.iter().for_each(|lesson| baseline.integrate(lesson).unwrap());
-    let answers = baseline.predict(&exam.test.points_m);
+    task.training.iter().for_each(|shown| baseline.integrate(shown).unwrap());
+    let answers = baseline.predict(&task.test.points_m);
     let logits: Vec<_> = answers.iter().map(|answer| answer.logit).collect();
-    let scores = Scores::of(&logits, &exam.test.occupied).unwrap();
+    let scores = Scores::of(&logits, &task.test.occupied).unwrap();
     eprintln!("{}: {scores:?}", baseline.description());
     assert!(scores.auc.unwrap() >= 0.972 && scores.nll <= 0.21, "{scores:?}");
 }

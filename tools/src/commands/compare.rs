@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bhm_bench::{
     baselines,
     contest::{
-        Contest, Contestant, Dataset, Origin, Outcome, Results, RunOptions, Standings, hold, load, rows, sittings,
+        Contest, Contestant, Dataset, Origin, Outcome, Results, RunOptions, Standings, hold, load, rounds, rows,
         standings,
     },
     evaluation::Held,
@@ -52,16 +52,16 @@ pub(crate) struct Compare {
     /// Seed of what is simulated and held out, and of contestants' dice
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many seeds, from that one on: each is an exam of its own
+    /// How many seeds, from that one on: each is a task of its own
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100), value_name = "N")]
     seeds: u64,
     /// Use every n-th scan
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "N")]
     every: u32,
-    /// Processor time that a contestant may learn in an exam, seconds; then it is stopped, and not ranked
+    /// Processor time that a contestant may learn on a task, seconds; then it is stopped, and not ranked
     #[arg(long, value_name = "S", value_parser = seconds)]
     deadline: Option<f64>,
-    /// How many exams are taken at once
+    /// How many tasks run at once
     #[arg(short, long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64), value_name = "N")]
     jobs: u16,
     /// Keep outcomes in this file as they come, and take those that it has already: what was cut short goes on
@@ -95,13 +95,13 @@ impl Compare {
             return list(output);
         }
         let datasets = self.datasets()?;
-        let options = RunOptions { deadline_s: self.deadline, marks: 0 };
+        let options = RunOptions { deadline_s: self.deadline, checkpoints: 0 };
         let contestants =
             if self.contestants.is_empty() { Contestant::all().collect() } else { self.contestants.clone() };
         let seeds: Vec<u64> = (self.seed..self.seed.saturating_add(self.seeds)).collect();
         let loaded = load(&datasets, &seeds)?;
-        let sittings = sittings(&loaded, &self.held, self.fraction)?;
-        let contest = Contest { sittings, contestants, options, jobs: usize::from(self.jobs) };
+        let rounds = rounds(&loaded, &self.held, self.fraction)?;
+        let contest = Contest { rounds, contestants, options, jobs: usize::from(self.jobs) };
         let mut results = match &self.results {
             Some(path) => Results::open(path)?,
             None => Results::in_memory(),

@@ -5,7 +5,7 @@ use clap::Args;
 use super::simulate::Simulated;
 use crate::{
     output::Output,
-    processes::{Finished, MappingRun, MappingRunOptions, Part},
+    processes::{FinishedMap, MappingRun, MappingRunOptions, Part},
 };
 
 /// Points of the world's rectangle that are drawn by lot; those that the map knows are scored.
@@ -40,7 +40,7 @@ impl Demo {
 }
 
 /// Scores the map against what really stands there at points that it knows; `None` if it knows none.
-fn score(map: &Finished<'_>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
+fn score(map: &FinishedMap<'_>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
     let truth = Truth::known_to(&map.model, map.occupancy, world, TEST_POINTS, seed);
     Ok(truth.score(map.occupancy)?)
 }

@@ -101,14 +101,12 @@ impl Evaluate {
         learned.warn(&options.profile);
         let learning_s = durations.iter().sum::<Duration>().as_secs_f64();
 
-        let logits: Vec<f32> =
-            task.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
         let (resident, archived) = map.tile_counts();
         let (memory_bytes, tile_bytes) = map.bytes();
         let evaluated = Evaluated {
             held_out: task.held_out,
             max_range_m: task.max_range_m,
-            scores: Scores::of(&logits, &task.test.occupied)?,
+            scores: task.test.score(|point_m| map.occupancy(point_m))?,
             timing: Timing::of(durations),
             times_real_time: task.recorded_s.map(|recorded_s| recorded_s / learning_s),
             tiles: resident + archived,
@@ -197,9 +195,9 @@ fn learn_points(
     durations
 }
 
-type Outcome = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
+type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
 
-fn timed(learned: &mut Learned, learn: impl FnOnce() -> Outcome) -> Duration {
+fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration {
     let start = Instant::now();
     let outcome = learn();
     let duration = start.elapsed();

@@ -1,11 +1,13 @@
 //! Experiments, each with its own options; what they compare is in `bhm_bench::experiments`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bhm_bench::{
-    experiments::{self, Exam, granularity, shapes},
+    evaluation::BeamSplit,
+    experiments::{self, granularity, kernels, placement, poses, relevance, segments, shapes},
     reading,
     scattered::{Clusters, MAX_SCATTERED},
+    text::Report,
 };
 use bhm_core::{profile::OUTDOOR, settings::Settings};
 use bhm_host::{
@@ -13,7 +15,6 @@ use bhm_host::{
     dataset::{self, ReadOptions, ScanLog},
     sim::Scene,
 };
-use bhm_plot::folder;
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
@@ -45,9 +46,6 @@ macro_rules! experiments {
 
 experiments! { Granularity, Kernels, Placement, Poses, Relevance, Segments, Shapes }
 
-/// The part of the beams that is held out.
-const FRACTION: f64 = 0.1;
-
 /// A log of which some is held out, and the map options: what most experiments begin with.
 #[derive(Args, Debug)]
 struct OnLog {
@@ -65,20 +63,21 @@ struct OnLog {
 }
 
 impl OnLog {
-    /// What is learned and asked, and the settings; `None` if options were only to be printed.
-    fn exam(&self) -> anyhow::Result<Option<(Exam, Settings)>> {
-        self.exam_with(&[])
-    }
-
-    /// The same with other defaults than the profile's for some numbers.
-    fn exam_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<(Exam, Settings)>> {
-        let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(None) };
+    /// Prints what an experiment finds, unless options were only to be printed. What some numbers are by default is the
+    /// experiment's to say.
+    fn run<R: Report>(
+        &self,
+        output: &Output,
+        defaults: &[(Number, f32)],
+        experiment: impl FnOnce(&BeamSplit, &Settings) -> anyhow::Result<R>,
+    ) -> anyhow::Result<()> {
+        let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(()) };
         let Effective { profile, max_range_m, .. } = &options;
         let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
         reading::scan_log(log, &report);
         options.prepare(&mut scans);
         let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        Ok(Some((Exam::of(&scans, FRACTION, self.seed)?, profile.settings)))
+        output.report(&experiment(&experiments::split(&scans, self.seed)?, &profile.settings)?)
     }
 }
 
@@ -100,12 +99,9 @@ struct Kernels {
 
 impl Kernels {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
-        let Self { shapes, two_scales_shapes, .. } = self;
-        let experiment =
-            experiments::kernels::Kernels { shapes: shapes.clone(), two_scales_shapes: two_scales_shapes.clone() };
-        let report = experiment.run(&exam, &settings)?;
-        output.result(&report, || report.text())
+        self.on.run(output, &[], |split, settings| {
+            kernels::compare(split, settings, &self.shapes, &self.two_scales_shapes)
+        })
     }
 }
 
@@ -127,11 +123,7 @@ struct Relevance {
 
 impl Relevance {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
-        let Self { shapes, sizes, .. } = self;
-        let experiment = experiments::relevance::Relevance { shapes: shapes.clone(), sizes: sizes.clone() };
-        let report = experiment.run(&exam, &settings)?;
-        output.result(&report, || report.text())
+        self.on.run(output, &[], |split, settings| relevance::compare(split, settings, &self.shapes, &self.sizes))
     }
 }
 
@@ -150,9 +142,7 @@ struct Segments {
 
 impl Segments {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
-        let report = experiments::segments::Segments { lengths: self.lengths.clone() }.run(&exam, &settings)?;
-        output.result(&report, || report.text())
+        self.on.run(output, &[], |split, settings| segments::compare(split, settings, &self.lengths))
     }
 }
 
@@ -186,18 +176,14 @@ impl Placement {
         if let Some(count) = self.counts.iter().find(|count| !(1..=MAX_SCATTERED).contains(*count)) {
             return Err(Usage(format!("--counts: {count} supports, expected 1 to {MAX_SCATTERED}")).into());
         }
-        let given = self.list.as_deref().map(Clusters::load).transpose()?;
-        let Some((exam, settings)) = self.on.exam()? else { return Ok(()) };
-        let Self { counts, shapes, hit_weights, .. } = self;
-        let experiment = experiments::placement::Placement {
-            given,
-            counts: counts.clone(),
-            shapes: shapes.clone(),
-            hit_weights: hit_weights.clone(),
+        let placement = placement::Placement {
+            given: self.list.as_deref().map(Clusters::load).transpose()?,
+            counts: &self.counts,
+            shapes: &self.shapes,
+            hit_weights: &self.hit_weights,
             seed: self.on.seed,
         };
-        let report = experiment.run(&exam, &settings)?;
-        output.result(&report, || report.text())
+        self.on.run(output, &[], |split, settings| placement.compare(split, settings))
     }
 }
 
@@ -230,15 +216,14 @@ struct Poses {
 impl Poses {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Some(options) = self.map.effective()? else { return Ok(()) };
-        let experiment = experiments::poses::Poses {
+        let poses = poses::Poses {
             scene: Scene::named(&self.scene)?,
             every: self.every as usize,
             seed: self.seed,
-            position_noise: self.position_noise.clone(),
-            heading_noise: self.heading_noise.clone(),
+            position_noise: &self.position_noise,
+            heading_noise: &self.heading_noise,
         };
-        let report = experiment.run(&options.profile.settings)?;
-        output.result(&report, || report.text())
+        output.report(&poses.compare(&options.profile.settings)?)
     }
 }
 
@@ -258,10 +243,10 @@ struct Shapes {
 
 impl Shapes {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
-        let Some((exam, settings)) = self.on.exam_with(&[(Number::Spacing, shapes::SPACING_M)])? else { return Ok(()) };
-        let Some(folder) = self.output.clone() else { return Ok(()) };
-        let report = shapes::Shapes { folder }.run(&exam, &settings)?;
-        output.result(&report, || report.text())
+        let folder = self.output.as_deref().unwrap_or(Path::new(""));
+        self.on.run(output, &[(Number::Spacing, shapes::SPACING_M)], |split, settings| {
+            shapes::compare(split, settings, folder)
+        })
     }
 }
 
@@ -315,7 +300,6 @@ impl Granularity {
             free_spacing_m: self.free_spacing,
             maps: self.maps,
         };
-        let (outcome, pictures) = experiment.run()?;
-        output.result(&outcome, || outcome.text() + "\n" + &folder::list(&pictures))
+        output.report(&experiment.compare()?)
     }
 }

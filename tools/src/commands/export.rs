@@ -83,10 +83,9 @@ impl Points {
         let dataset = Dataset { every: self.every as usize, ..dataset };
         let loaded = contest::load(&[dataset], &[self.seed])?;
         let [(_, loaded)] = &loaded[..] else { unreachable!("one dataset, one seed") };
-        let exam = loaded.exam(self.holdout, self.fraction, self.seed)?;
-        let learned =
-            exam.lessons.iter().flat_map(|lesson| lesson.points().map(|(at, label)| (lesson.scan, at, label)));
-        let asked = &exam.test;
+        let task = loaded.task(self.holdout, self.fraction, self.seed)?;
+        let learned = task.training.iter().flat_map(|shown| shown.points().map(|(at, label)| (shown.scan, at, label)));
+        let asked = &task.test;
         let asked =
             asked.scans.iter().zip(&asked.points_m).zip(&asked.occupied).map(|((s, at), label)| (*s, *at, *label));
         let exported = Exported {

@@ -19,16 +19,16 @@ pub(crate) struct Reproduce {
     /// A small report for a first look: few scans, short deadlines
     #[arg(long)]
     quick: bool,
-    /// Processor time that a contestant may learn in an exam, seconds [default: 40 and for the log 100, with --quick 1]
+    /// Processor time that a contestant may learn on a task, seconds [default: 40 and for the log 100, with --quick 1]
     #[arg(long, value_name = "S", value_parser = super::compare::seconds)]
     deadline: Option<f64>,
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Seeds over which those are repeated who finish an exam within a few seconds [default: 2, with --quick 1]
+    /// Seeds over which those are repeated who finish a task within a few seconds [default: 2, with --quick 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: Option<u64>,
-    /// How many exams are taken at once
+    /// How many tasks run at once
     #[arg(short, long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=64), value_name = "N")]
     jobs: u16,
     /// Leave out the count of instructions, which needs valgrind

@@ -77,7 +77,7 @@ struct Reader {
 }
 
 /// What the three processes did.
-pub(super) struct Outcome {
+pub(super) struct GroupResult {
     pub(super) processes: ProcessIds,
     pub(super) beginning: Beginning,
     pub(super) sent: Sent,
@@ -135,7 +135,7 @@ impl ProcessGroup {
         source: &'static str,
         arguments: &[String],
         stop: &AtomicBool,
-    ) -> anyhow::Result<Outcome> {
+    ) -> anyhow::Result<GroupResult> {
         let mut count = ScanCount::new();
         while !self.all_ended()? {
             ensure!(!stop.load(Ordering::Relaxed), "stopped before the end");
@@ -163,7 +163,7 @@ impl ProcessGroup {
             let received = subscriber.receive(Duration::ZERO)?.context("there is no posterior in shared memory")?;
             posterior = Some(received?);
         }
-        Ok(Outcome {
+        Ok(GroupResult {
             posterior,
             _reader: self.reader,
             _domain: self.domain,

@@ -21,7 +21,7 @@ use super::{
     Deadline,
     firmware::{DEFAULT_ELF, Firmware},
     group::{Maker, ProcessGroup},
-    report::{Made, Report},
+    report::{Made, RunReport},
 };
 use crate::{
     options::{Effective, MapOptions, MapValues},
@@ -45,7 +45,7 @@ pub(crate) struct MappingRunOptions {
 }
 
 /// A finished map, saved or read in shared memory, for those who ask it.
-pub(crate) struct Finished<'a> {
+pub(crate) struct FinishedMap<'a> {
     pub(crate) model: Model<'static>,
     pub(crate) tiles: Vec<TileIndex<2>>,
     pub(crate) occupancy: &'a dyn Fn(&Point<2>) -> Occupancy,
@@ -78,7 +78,7 @@ impl MappingRun<'_> {
     pub(crate) fn run(
         &self,
         exhibits: &MappingRunOptions,
-        score: impl FnOnce(&Finished<'_>) -> anyhow::Result<Option<Scores>>,
+        score: impl FnOnce(&FinishedMap<'_>) -> anyhow::Result<Option<Scores>>,
         output: &Output,
     ) -> anyhow::Result<()> {
         // Mistakes in the options are found here, and not by a process that has just been started.
@@ -107,26 +107,26 @@ impl MappingRun<'_> {
             Some(firmware) => {
                 let posterior = outcome.posterior.take().context("no posterior was read")?;
                 let (tiles, occupancy) = (posterior.tile_indices(), &|at: &_| posterior.occupancy(at));
-                let finished = Finished { model: *posterior.model(), tiles, occupancy };
+                let finished = FinishedMap { model: *posterior.model(), tiles, occupancy };
                 self.draw(&finished, &[], folder)?;
                 (Made::by_firmware(firmware, &*posterior), score(&finished)?)
             }
             None => {
                 let Snapshot { map, extras } = snapshot::load(&map_file)?;
                 let (tiles, occupancy) = (map.tile_indices(), &|at: &_| map.occupancy(at));
-                let finished = Finished { model: map.model(), tiles, occupancy };
+                let finished = FinishedMap { model: map.model(), tiles, occupancy };
                 self.draw(&finished, &extras.path_m, folder)?;
                 (Made::saved(&*map, &outcome), score(&finished)?)
             }
         };
-        let report = Report::new(self.title, folder, outcome, made, scores, options);
+        let report = RunReport::new(self.title, folder, outcome, made, scores, options);
         write(&folder.join("report.md"), report.markdown()?)?;
         write(&folder.join("report.json"), serde_json::to_string_pretty(&report)? + "\n")?;
         output.result(&report, || report.text())?;
         report.check()
     }
 
-    fn draw(&self, map: &Finished<'_>, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
+    fn draw(&self, map: &FinishedMap<'_>, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
         let ask = map.occupancy;
         let worth = worth_drawing(&map.model, &map.tiles, ask);
         let bounds_m = worth.context("not one scan could be learned from; there is nothing to draw")?;

@@ -18,7 +18,7 @@ mod sending;
 pub(crate) use self::{
     deadline::Deadline,
     domain_options::DomainOptions,
-    mapping_run::{Finished, MappingRun, MappingRunOptions},
+    mapping_run::{FinishedMap, MappingRun, MappingRunOptions},
     port::{Address, Port},
     sending::{Part, Sending},
 };

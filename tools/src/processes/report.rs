@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use super::{
     firmware::Firmware,
-    group::{Outcome, ProcessIds},
+    group::{GroupResult, ProcessIds},
     json_lines::{Onboarded, Sent, Watched},
 };
 use crate::{options::MapValues, output::table};
 
 /// What three processes did together.
 #[derive(Serialize)]
-pub(super) struct Report {
+pub(super) struct RunReport {
     title: String,
     folder: PathBuf,
     processes: ProcessIds,
@@ -61,7 +61,7 @@ pub(super) struct Made {
 
 impl Made {
     /// A map that the onboard process saved.
-    pub(super) fn saved(map: &dyn AnyMap, outcome: &Outcome) -> Self {
+    pub(super) fn saved(map: &dyn AnyMap, outcome: &GroupResult) -> Self {
         Self {
             equal_to: Some(map.digest_of(&outcome.watched.tiles).to_string()),
             saved: Some(map.digest().to_string()),
@@ -81,16 +81,16 @@ impl Made {
     }
 }
 
-impl Report {
+impl RunReport {
     pub(super) fn new(
         title: &str,
         folder: &Path,
-        outcome: Outcome,
+        outcome: GroupResult,
         made: Made,
         scores: Option<Scores>,
         options: MapValues,
     ) -> Self {
-        let Outcome { processes, beginning, sent, onboarded, mut watched, .. } = outcome;
+        let GroupResult { processes, beginning, sent, onboarded, mut watched, .. } = outcome;
         // The digest stands for them from here on.
         let shared_tiles = mem::take(&mut watched.tiles);
         Self {

@@ -12,7 +12,7 @@ use bhm_host::{
 use serde_json::Value;
 
 use crate::{
-    live::process::Process,
+    processes::process::Process,
     support::{Bench, room, scan},
 };
 

@@ -4,7 +4,7 @@ use std::vec::Vec;
 use bhm_core::profile::Profile;
 use bhm_host::map::MAX_TILE_BYTES;
 
-use crate::serial::{Damage, HelloFrame, StatusFrame, packed, settings_fingerprint};
+use crate::serial::{Damage, HelloFrame, StatusFrame, packed};
 
 /// Which device is at the other end.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,13 +32,13 @@ pub enum DeviceRefused {
     },
     /// The profile has the same name and other settings.
     #[error(
-        "the device was built with other settings of the profile {profile:?}: their fingerprint is {device:08x}, here \
+        "the device was built with other settings of the profile {profile:?}: their digest is {device:08x}, here \
          {host:08x}"
     )]
     Settings {
         /// The profile's name.
         profile: String,
-        /// The device's fingerprint.
+        /// The digest of the device's settings.
         device: u32,
         /// This end's.
         host: u32,
@@ -90,7 +90,7 @@ impl Device {
         hello: &HelloFrame<'_>,
         profile: &Profile,
     ) -> Result<Self, DeviceRefused> {
-        let (device, host) = (hello.settings, settings_fingerprint(&profile.settings));
+        let (device, host) = (hello.settings, profile.settings.digest().0);
         if hello.profile != profile.name {
             return Err(DeviceRefused::Profile { device: hello.profile.into(), host: profile.name });
         }

@@ -133,7 +133,7 @@ const HELLO: HelloFrame<'static> =
     HelloFrame { run: RUN, profile: "compact", settings: 0, passes: 3, supports: 144, band: 40, slots: 3 };
 
 fn hello() -> HelloFrame<'static> {
-    HelloFrame { settings: settings_fingerprint(&profile::COMPACT.settings), ..HELLO }
+    HelloFrame { settings: profile::COMPACT.settings.digest().0, ..HELLO }
 }
 
 fn events(end: &mut HostEnd<144, 40>, bytes: &[u8]) -> Vec<Event> {
@@ -151,7 +151,7 @@ fn a_device_that_cannot_be_used_is_refused_by_name() {
         ),
         (
             HelloFrame { settings: 1, ..hello() },
-            "other settings of the profile \"compact\": their fingerprint is 00000001",
+            "other settings of the profile \"compact\": their digest is 00000001",
         ),
         (HelloFrame { band: 41, ..hello() }, "144 supports in a band of 41, here 144 in a band of 40"),
         (HelloFrame { slots: 0, ..hello() }, "room for 0 tiles"),

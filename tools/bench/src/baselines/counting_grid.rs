@@ -1,5 +1,5 @@
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size, grid::Cells};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 pub(super) const ENTRIES: &[Entry] = &[Entry {
     name: "counting-grid",
@@ -34,8 +34,8 @@ impl Baseline for CountingGrid {
         format!("{} m cells", self.cells.cell_m)
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        for (point_m, occupied) in lesson.points() {
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        for (point_m, occupied) in shown.points() {
             if let Some(slot) = self.cells.slot_at(point_m) {
                 self.counts[slot][usize::from(occupied)] += 1.0;
             }

@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Entry, Prediction, Setup, dense_bhm, gaussian_process, vsdgpom};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 /// Small, so that many can be made.
 fn entries() -> impl Iterator<Item = (&'static Entry, Setup)> {
@@ -21,13 +21,13 @@ fn entries() -> impl Iterator<Item = (&'static Entry, Setup)> {
     sizes.into_iter().flat_map(move |(entries, size)| entries.iter().map(move |entry| (entry, setup(size))))
 }
 
-fn lesson(scan: u64, points: impl IntoIterator<Item = ([f32; 2], bool)>) -> Lesson {
+fn shown(scan: u64, points: impl IntoIterator<Item = ([f32; 2], bool)>) -> TrainingScan {
     let (points_m, occupied) = points.into_iter().unzip();
-    Lesson::of_points(LabelledPoints { scan, points_m, occupied }, None)
+    TrainingScan::of_points(LabelledPoints { scan, points_m, occupied }, None)
 }
 
 /// A room of 4 m x 3 m: hits on its walls, free points within.
-fn room(scan: u64, count: usize) -> Lesson {
+fn room(scan: u64, count: usize) -> TrainingScan {
     let mut rng = ChaCha8Rng::seed_from_u64(scan);
     let point = |i: usize| {
         let [x, y] = [4.0 * rng.random::<f32>(), 3.0 * rng.random::<f32>()];
@@ -37,7 +37,7 @@ fn room(scan: u64, count: usize) -> Lesson {
             _ => ([0.2 + 0.9 * x, 0.2 + 0.85 * y], false),
         }
     };
-    lesson(scan, (0..count).map(point).collect::<Vec<_>>())
+    shown(scan, (0..count).map(point).collect::<Vec<_>>())
 }
 
 fn asked() -> Vec<[f32; 2]> {
@@ -62,28 +62,28 @@ fn assert_sound(entry: &Entry, answers: &[Prediction]) {
 fn hostile_lessons_are_borne() {
     let unfriendly = || {
         [
-            lesson(0, []),
-            lesson(1, [([1.0, 1.0], true)]),
-            lesson(2, vec![([1.0, 1.0], true); 900]),
-            lesson(3, vec![([1.0, 1.0], false); 900]),
-            lesson(4, [([1e7, -1e7], true), ([-300.0, 2.0], false), ([3e38, 3e38], true)]),
-            lesson(5, [([f32::NAN, 1.0], true), ([f32::INFINITY, 1.0], false)]),
-            lesson(6, (0..300).map(|i| ([0.01 * i as f32, 0.5], true))),
+            shown(0, []),
+            shown(1, [([1.0, 1.0], true)]),
+            shown(2, vec![([1.0, 1.0], true); 900]),
+            shown(3, vec![([1.0, 1.0], false); 900]),
+            shown(4, [([1e7, -1e7], true), ([-300.0, 2.0], false), ([3e38, 3e38], true)]),
+            shown(5, [([f32::NAN, 1.0], true), ([f32::INFINITY, 1.0], false)]),
+            shown(6, (0..300).map(|i| ([0.01 * i as f32, 0.5], true))),
             room(7, 6_000),
-            lesson(8, []),
+            shown(8, []),
         ]
     };
     for (entry, setup) in entries() {
         let mut baseline = (entry.open)(&setup).unwrap();
         assert_sound(entry, &baseline.predict(&asked()));
-        for lesson in unfriendly() {
-            baseline.integrate(&lesson).unwrap_or_else(|error| panic!("{}: {} {error}", entry.name, lesson.scan));
+        for shown in unfriendly() {
+            baseline.integrate(&shown).unwrap_or_else(|error| panic!("{}: {} {error}", entry.name, shown.scan));
             assert_sound(entry, &baseline.predict(&asked()));
         }
         // And each of them as the first.
-        for lesson in unfriendly() {
+        for shown in unfriendly() {
             let mut baseline = (entry.open)(&setup).unwrap();
-            baseline.integrate(&lesson).unwrap_or_else(|error| panic!("{}: {} {error}", entry.name, lesson.scan));
+            baseline.integrate(&shown).unwrap_or_else(|error| panic!("{}: {} {error}", entry.name, shown.scan));
             assert_sound(entry, &baseline.predict(&asked()));
         }
     }

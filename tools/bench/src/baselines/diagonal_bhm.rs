@@ -20,7 +20,7 @@
 use std::f64::consts::PI;
 
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size, lattice::Lattice};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 pub(super) const ENTRIES: &[Entry] = &[
     Entry {
@@ -136,13 +136,13 @@ impl DiagonalBhm {
         moments
     }
 
-    fn take(&mut self, lesson: &Lesson) {
+    fn take(&mut self, shown: &TrainingScan) {
         let mut work = std::mem::take(&mut self.work);
         work.features.clear();
         work.starts.clear();
         work.starts.push(0);
         work.labels.clear();
-        for (point_m, occupied) in lesson.points() {
+        for (point_m, occupied) in shown.points() {
             self.features(point_m, |support, feature| work.features.push((support as u32, feature)));
             work.starts.push(work.features.len());
             work.labels.push(if occupied { 0.5 } else { -0.5 });
@@ -235,8 +235,8 @@ impl Baseline for DiagonalBhm {
         format!("{} supports {} m apart, {} passes", self.mean.len(), self.lattice.spacing_m, self.how.passes())
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        self.take(lesson);
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        self.take(shown);
         for _ in 0..self.how.passes() {
             self.pass();
         }
@@ -320,8 +320,8 @@ mod tests {
     fn the_factorised_mean_solves_the_dense_equations() {
         let mut map = DiagonalBhm::new(&setup(AREA_M, 1.0), Mean::Factorised).unwrap();
         let places = (0..40).map(|i| ([(i as f32 * 0.7).sin() * 1.8, (i as f32 * 1.3).cos() * 1.8], i % 3 == 0));
-        let lesson = of_points(0, &places.collect::<Vec<_>>(), None);
-        map.take(&lesson);
+        let shown = of_points(0, &places.collect::<Vec<_>>(), None);
+        map.take(&shown);
         map.pass();
         for _ in 0..20_000 {
             map.mean_factorised();

@@ -2,11 +2,11 @@
 //!
 //! A scan says of a cell at most one thing, and a hit counts before a miss, as OctoMap does it (`computeUpdate`): a beam that
 //! grazes the cell in which its neighbour ended does not take back what the neighbour saw. Cells before the end of a ray get a
-//! miss; the cell at its end gets a hit if there was one, else nothing. Lessons that know no origin have no rays; of those the
+//! miss; the cell at its end gets a hit if there was one, else nothing. Scans whose origin is unknown have no rays; of those the
 //! cells of labelled points get a hit or a miss by their label, in the same way.
 
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size, grid::Cells};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 pub(super) const ENTRIES: &[Entry] = &[
     Entry {
@@ -96,9 +96,9 @@ impl Baseline for LogOddsGrid {
         format!("{} m cells", self.cells.cell_m)
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        if let Some(origin_m) = lesson.origin_m() {
-            for ray in lesson.rays() {
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        if let Some(origin_m) = shown.origin_m() {
+            for ray in shown.rays() {
                 let end = self.cells.column_and_row(ray.end_m);
                 let cells = self.cells;
                 cells.traverse(origin_m, ray.end_m, |cell| {
@@ -111,7 +111,7 @@ impl Baseline for LogOddsGrid {
                 }
             }
         } else {
-            for (point_m, occupied) in lesson.points() {
+            for (point_m, occupied) in shown.points() {
                 self.say(self.cells.slot_at(point_m), if occupied { Said::Hit } else { Said::Miss });
             }
         }
@@ -190,10 +190,10 @@ mod tests {
     #[test]
     fn after_a_scan_as_large_nothing_is_allocated_and_nothing_left_over() {
         let mut grid = grid(OCTOMAP_CLAMPS);
-        let lesson = of_points(0, &[ray([7.5, 6.5]), ray([-1.5, 3.5]), ray([0.5, 0.5])], Some([0.5, 0.5]));
-        grid.integrate(&lesson).unwrap();
+        let shown = of_points(0, &[ray([7.5, 6.5]), ray([-1.5, 3.5]), ray([0.5, 0.5])], Some([0.5, 0.5]));
+        grid.integrate(&shown).unwrap();
         let before = (grid.touched.as_ptr(), grid.touched.capacity());
-        grid.integrate(&lesson).unwrap();
+        grid.integrate(&shown).unwrap();
         assert_eq!(before, (grid.touched.as_ptr(), grid.touched.capacity()));
         assert!(grid.said.iter().all(|said| *said == Said::Nothing));
     }

@@ -1,6 +1,6 @@
 //! Ways of mapping that are compared with each other; our own mapper is one of them, with no path of its own.
 //!
-//! A [`Baseline`] is shown a log scan by scan ([`Lesson`]) and asked about points. Each is one file here that lists what it
+//! A [`Baseline`] is shown a log scan by scan ([`TrainingScan`]) and asked about points. Each is one file here that lists what it
 //! offers as `ENTRIES`; to add one, write its file and name it in the list at the end of this one. Those that need dense linear
 //! algebra are compiled with the feature `dense` alone; without it the list names them, and opening one says what is missing.
 
@@ -27,7 +27,7 @@ mod vsdgpom;
 
 use bhm_core::{beam::BeamLimits, profile::Profile};
 
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 /// What a baseline says of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ pub trait Baseline: Send {
     ///
     /// # Errors
     /// If the method breaks down, with the reason.
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed>;
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed>;
 
     /// Answers, one for each point (metres, in the map frame), in their order. Not learning: asked twice, it answers the same.
     fn predict(&mut self, points_m: &[[f32; 2]]) -> Vec<Prediction>;
@@ -74,7 +74,7 @@ pub struct Setup {
     pub area_m: [[f32; 2]; 2],
     /// The size that the [`Entry`] speaks of.
     pub size: f32,
-    /// How far beams are believed; lessons already keep to it.
+    /// How far beams are believed; what is learned already keeps to it.
     pub limits: BeamLimits,
     /// What our mapper begins with.
     pub profile: Profile,

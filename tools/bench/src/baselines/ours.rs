@@ -6,7 +6,7 @@ use bhm_core::{
 use bhm_host::map::{self, AnyMap};
 
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 pub(super) const ENTRIES: &[Entry] = &[Entry {
     name: "ours",
@@ -16,7 +16,7 @@ pub(super) const ENTRIES: &[Entry] = &[Entry {
     open: |setup| Ok(Box::new(Ours::new(setup)?)),
 }];
 
-/// Observations of a scan beyond which a lesson of points is learned in pieces.
+/// Labelled points of a scan beyond which they are learned in pieces.
 const CAPACITIES: Capacities = Capacities { tiles: 1_024, points: 1 << 16, rows: 1 << 16, touched: 1 << 13 };
 
 /// The map every other command makes, through the interface every program has.
@@ -55,13 +55,13 @@ impl Baseline for Ours {
         format!("{} m spacing, {} passes, {}", settings.spacing_m, settings.passes, settings.kernel.name())
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        if let Some(scan) = lesson.beams() {
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        if let Some(scan) = shown.beams() {
             let outcome = self.map.integrate(&scan.as_scan());
             return self.count(outcome);
         }
         let (points_m, occupied): (Vec<Point<2>>, Vec<bool>) =
-            lesson.points().map(|(point_m, occupied)| (Point::from(point_m), occupied)).unzip();
+            shown.points().map(|(point_m, occupied)| (Point::from(point_m), occupied)).unzip();
         for (points_m, occupied) in points_m.chunks(CAPACITIES.points).zip(occupied.chunks(CAPACITIES.points)) {
             let outcome = self.map.integrate_points(points_m, occupied);
             self.count(outcome)?;

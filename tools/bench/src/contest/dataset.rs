@@ -10,7 +10,7 @@ use bhm_host::{
     sim::{Scene, World},
 };
 
-use crate::evaluation::{Exam, Held, Sampling, hold_out};
+use crate::evaluation::{Held, Sampling, Task, hold_out};
 
 /// Something to map, and with which profile.
 #[derive(Clone, Debug)]
@@ -173,19 +173,19 @@ impl Loaded {
     ///
     /// # Errors
     /// If nothing remains to be learned or asked.
-    pub fn exam(&self, held: Held, fraction: f64, seed: u64) -> Result<Exam, DatasetProblem> {
+    pub fn task(&self, held: Held, fraction: f64, seed: u64) -> Result<Task, DatasetProblem> {
         let sampling = self.sampling(seed);
-        let exam = match &self.points {
-            Some([train, test]) => Exam::of_points(train.scans.clone(), test.scans.clone(), sampling.limits, |scan| {
+        let task = match &self.points {
+            Some([train, test]) => Task::of_points(train.scans.clone(), test.scans.clone(), sampling.limits, |scan| {
                 let pose = self.scans.get(usize::try_from(scan).ok()?)?.map_from_sensor;
                 Some([pose.x_m, pose.y_m])
             }),
-            None => Exam::of_split(&self.scans, hold_out(&self.scans, held, fraction, seed), &sampling),
+            None => Task::of_split(&self.scans, hold_out(&self.scans, held, fraction, seed), &sampling),
         };
-        if exam.area_m().is_none() || exam.test.points_m.is_empty() {
+        if task.area_m().is_none() || task.test.points_m.is_empty() {
             return Err(DatasetProblem::Nothing(self.dataset.origin.to_string()));
         }
-        Ok(exam)
+        Ok(task)
     }
 
     /// How many scans there are.

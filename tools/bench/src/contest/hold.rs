@@ -1,6 +1,6 @@
 use tracing::{info, warn};
 
-use super::{Contest, Dataset, DatasetProblem, Loaded, Origin, Outcome, Results, ResultsError, Sitting};
+use super::{Contest, Dataset, DatasetProblem, Loaded, Origin, Outcome, Results, ResultsError, Round};
 use crate::{evaluation::Held, progress::ContestBars, reading};
 
 /// Every dataset under every seed: simulated ones differ, recorded ones are read once for each.
@@ -24,21 +24,17 @@ pub fn load(datasets: &[Dataset], seeds: &[u64]) -> Result<Vec<(u64, Loaded)>, D
 }
 
 /// Each of them divided in each of these ways; points that are divided already, once.
-pub fn sittings<'a>(
-    loaded: &'a [(u64, Loaded)],
-    held: &[Held],
-    fraction: f64,
-) -> Result<Vec<Sitting<'a>>, DatasetProblem> {
-    let mut sittings = Vec::new();
+pub fn rounds<'a>(loaded: &'a [(u64, Loaded)], held: &[Held], fraction: f64) -> Result<Vec<Round<'a>>, DatasetProblem> {
+    let mut rounds = Vec::new();
     for (seed, loaded) in loaded {
         let prepared = matches!(loaded.dataset.origin, Origin::Points { .. });
         for held in held.iter().take(if prepared { 1 } else { held.len() }) {
-            let exam = loaded.exam(*held, fraction, *seed)?;
+            let task = loaded.task(*held, fraction, *seed)?;
             let name = if prepared { "test points".to_owned() } else { held.to_string() };
-            sittings.push(Sitting::new(loaded, name, *seed, exam));
+            rounds.push(Round::new(loaded, name, *seed, task));
         }
     }
-    Ok(sittings)
+    Ok(rounds)
 }
 
 /// Holds a contest, and says how it goes.

@@ -1,7 +1,7 @@
 //! Contests between [`baselines`](crate::baselines): the same data, the same questions, the same scores.
 //!
-//! A [`Dataset`] is divided into an [`Exam`](crate::evaluation::Exam), which each [`Contestant`] takes; an [`Outcome`] is all
-//! that is kept of it. A [`Contest`] holds any number of exams and contestants, runs them on as many threads as wanted, and
+//! A [`Dataset`] is divided into a [`Task`](crate::evaluation::Task), which each [`Contestant`] learns and is tested on; an
+//! [`Outcome`] is all that is kept of it. A [`Contest`] has any number of tasks and contestants, runs them on as many threads as wanted, and
 //! keeps each outcome in a file as it comes, so that a contest that was cut short goes on where it was.
 //!
 //! Time is the processor's, of the one thread that learns: on a machine that is shared it says more than a clock.
@@ -19,11 +19,11 @@ mod unseen;
 
 pub use contestant::{Contestant, UnknownContestant};
 pub use dataset::{Dataset, DatasetProblem, Loaded, Origin};
-pub use hold::{hold, load, sittings};
-pub use outcome::{Ending, Mark, Outcome, Quantiles, Spread, UnseenMarks};
+pub use hold::{hold, load, rounds};
+pub use outcome::{Checkpoint, Ending, Outcome, Quantiles, UnseenScores};
 pub use results::{Results, ResultsError};
 pub use run::{RunOptions, run, setup};
-pub use runner::{Contest, Progress, Sitting};
+pub use runner::{Contest, Progress, Round};
 pub use standings::{Standing, Standings, standings};
 pub use table::{rows, spread};
 pub use unseen::UnseenPlaces;

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     evaluation::{TestPoints, Timing},
-    metrics::{ScoreError, Scores},
+    metrics::{ScoreError, Scores, Spread},
 };
 
-/// All that is kept of one contestant's exam.
+/// All that is kept of one contestant on one task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Who, as `NAME:SIZE`, lengths as for a building.
@@ -21,10 +21,11 @@ pub struct Outcome {
     /// Of the division, and of the contestant's dice.
     pub seed: u64,
     /// Checksum of everything that is learned and asked.
-    pub exam: String,
+    #[serde(rename = "exam")]
+    pub task: String,
     /// Processor time that it had for learning, seconds; null if as much as it wanted.
     pub deadline_s: Option<f64>,
-    /// Scans of the exam.
+    /// Scans of the task.
     pub scans: usize,
     /// Scans learned.
     pub learned: usize,
@@ -37,9 +38,9 @@ pub struct Outcome {
     /// The same for the negative log-likelihood.
     pub nll_over_scans: Option<Spread>,
     /// Scores on the way.
-    pub curve: Vec<Mark>,
+    pub curve: Vec<Checkpoint>,
     /// Of places that no beam saw; null where the truth is not known or not all scans were learned.
-    pub unseen: Option<UnseenMarks>,
+    pub unseen: Option<UnseenScores>,
     /// Time of updates.
     pub timing: Timing,
     /// Median time of an update in the last quarter of the scans learned, relative to the first quarter.
@@ -52,7 +53,7 @@ pub struct Outcome {
     pub memory_bytes: usize,
 }
 
-/// How an exam ended.
+/// How a contestant came to its end.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "ending")]
 pub enum Ending {
@@ -69,7 +70,7 @@ pub enum Ending {
 
 /// Scores after a part of the scans, on questions about scans seen so far.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mark {
+pub struct Checkpoint {
     /// Scans learned.
     pub scans: usize,
     /// Area under the ROC curve; null if all questions have one answer.
@@ -78,20 +79,9 @@ pub struct Mark {
     pub nll: f64,
 }
 
-/// A mean, and twice the standard deviation around it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
-    /// The mean.
-    pub mean: f64,
-    /// Twice the standard deviation (of the sample).
-    pub two_sigma: f64,
-    /// Of how many.
-    pub count: usize,
-}
-
 /// What is said of places that no beam saw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct UnseenMarks {
+pub struct UnseenScores {
     /// Against what really stands there.
     pub scores: Scores,
     /// Probabilities inside obstacles.
@@ -118,38 +108,21 @@ impl Outcome {
         self.ending == Ending::Finished && self.scores.is_some()
     }
 
-    /// Whether it is the outcome of the same contestant in the same exam, under no shorter a deadline.
+    /// Whether it is the outcome of the same contestant on the same task, under no shorter a deadline.
     #[must_use]
-    pub fn answers(&self, contestant: &str, exam: &str, seed: u64, deadline_s: Option<f64>, marks: usize) -> bool {
-        let same = self.contestant == contestant && self.exam == exam && self.seed == seed;
+    pub fn answers(
+        &self,
+        contestant: &str,
+        task: &str,
+        seed: u64,
+        deadline_s: Option<f64>,
+        checkpoints: usize,
+    ) -> bool {
+        let same = self.contestant == contestant && self.task == task && self.seed == seed;
         // Who finished, finished; who was stopped would go on with more time, and is stopped earlier with less.
-        // Who was stopped before the first mark has none.
-        let marked = !self.curve.is_empty() || self.learned * marks < self.scans.max(1);
+        // Who was stopped before the first checkpoint has none.
+        let marked = !self.curve.is_empty() || self.learned * checkpoints < self.scans.max(1);
         same && (self.ending == Ending::Finished || self.deadline_s == deadline_s) && marked
-    }
-}
-
-impl Spread {
-    /// Of these values; `None` if there are none.
-    #[must_use]
-    pub fn of(values: &[f64]) -> Option<Self> {
-        let count = values.len();
-        let mean = (count > 0).then(|| values.iter().sum::<f64>() / count as f64)?;
-        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        Some(Self { mean, two_sigma: 2.0 * (squares / (count.max(2) - 1) as f64).sqrt(), count })
-    }
-
-    /// Of all the values that these are of; `None` if there are none.
-    #[must_use]
-    pub fn pooled(parts: &[Self]) -> Option<Self> {
-        let count: usize = parts.iter().map(|part| part.count).sum();
-        let mean = parts.iter().map(|part| part.mean * part.count as f64).sum::<f64>() / count as f64;
-        let squares = |part: &Self| {
-            let within = (0.5 * part.two_sigma).powi(2) * (part.count.max(1) - 1) as f64;
-            within + part.count as f64 * (part.mean - mean).powi(2)
-        };
-        let squares: f64 = parts.iter().map(squares).sum();
-        (count > 0).then(|| Self { mean, two_sigma: 2.0 * (squares / (count.max(2) - 1) as f64).sqrt(), count })
     }
 }
 
@@ -188,13 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spreads_and_quantiles_are_those_of_textbooks() {
-        let spread = Spread::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]).unwrap();
-        // Sum of squares about the mean of 5 is 32, of 8 values.
-        assert_eq!((spread.mean, spread.count), (5.0, 8));
-        assert!((spread.two_sigma - 2.0 * (32.0_f64 / 7.0).sqrt()).abs() < 1e-12);
-        assert_eq!(Spread::of(&[3.0]).unwrap().two_sigma, 0.0);
-        assert_eq!(Spread::of(&[]), None);
+    fn quantiles_are_those_of_textbooks() {
         let quantiles = Quantiles::of((1..=100).rev().map(f64::from).collect()).unwrap();
         assert_eq!((quantiles.at, quantiles.mean), ([5.0, 25.0, 50.0, 75.0, 95.0], 50.5));
         assert_eq!(Quantiles::of(vec![]), None);

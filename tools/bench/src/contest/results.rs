@@ -84,7 +84,7 @@ impl Results {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contest::{Contest, Contestant, Dataset, Progress, RunOptions, Sitting};
+    use crate::contest::{Contest, Contestant, Dataset, Progress, Round, RunOptions};
     use crate::evaluation::Held;
 
     struct Silent;
@@ -97,11 +97,11 @@ mod tests {
 
     fn outcomes(results: &mut Results) -> Vec<Outcome> {
         let loaded = Dataset { every: 150, ..Dataset::parse("building").unwrap() }.load(1).unwrap();
-        let exam = loaded.exam(Held::Beams, 0.1, 1).unwrap();
+        let task = loaded.task(Held::Beams, 0.1, 1).unwrap();
         let contest = Contest {
-            sittings: vec![Sitting::new(&loaded, "beams".to_owned(), 1, exam)],
+            rounds: vec![Round::new(&loaded, "beams".to_owned(), 1, task)],
             contestants: vec!["counting-grid:0.5".parse::<Contestant>().unwrap()],
-            options: RunOptions { deadline_s: None, marks: 2 },
+            options: RunOptions { deadline_s: None, checkpoints: 2 },
             jobs: 1,
         };
         contest.run(results, &Silent).unwrap()

@@ -2,46 +2,48 @@ use std::{hash::Hasher, time::Duration};
 
 use cpu_time::ThreadTime;
 
-use super::{Contestant, Ending, Loaded, Mark, Outcome, Quantiles, UnseenMarks, UnseenPlaces, outcome::over_scans};
+use super::{
+    Checkpoint, Contestant, Ending, Loaded, Outcome, Quantiles, UnseenPlaces, UnseenScores, outcome::over_scans,
+};
 use crate::{
     baselines::{Baseline, Failed, Prediction, Setup},
-    evaluation::{Exam, Lesson, TestPoints, Timing},
+    evaluation::{Task, TestPoints, Timing, TrainingScan},
     metrics::{ScoreError, Scores},
 };
 
-/// Questions that a mark on the way is made of, at most: some methods answer slowly.
-const QUESTIONS_OF_A_MARK: usize = 4_000;
+/// Test points that a checkpoint is scored on, at most: some methods answer slowly.
+const POINTS_OF_A_CHECKPOINT: usize = 4_000;
 
-/// How an exam is held.
+/// How contestants are run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunOptions {
     /// Processor time for learning, seconds.
     pub deadline_s: Option<f64>,
-    /// How many marks are given on the way; the last is at the end.
-    pub marks: usize,
+    /// How many checkpoints there are on the way; the last is at the end.
+    pub checkpoints: usize,
 }
 
-/// Has a contestant take an exam. `after_scan` hears how many scans are learned.
+/// Has a contestant learn and answer a task. `after_scan` hears how many scans are learned.
 ///
 /// Whatever goes wrong is part of the outcome.
 pub fn run(
     contestant: &Contestant,
-    sitting: &super::Sitting,
+    round: &super::Round,
     options: &RunOptions,
     after_scan: &mut dyn FnMut(usize),
 ) -> Outcome {
-    let super::Sitting { loaded, exam, unseen, .. } = sitting;
-    let mut outcome = Outcome::before(contestant, sitting, options);
-    let mut baseline = match (contestant.entry.open)(&setup(contestant, loaded, exam, sitting.seed)) {
+    let super::Round { loaded, task, unseen, .. } = round;
+    let mut outcome = Outcome::before(contestant, round, options);
+    let mut baseline = match (contestant.entry.open)(&setup(contestant, loaded, task, round.seed)) {
         Ok(baseline) => baseline,
         Err(Failed(why)) => return Outcome { ending: Ending::Failed { why }, ..outcome },
     };
-    let mut durations = Vec::with_capacity(exam.lessons.len());
+    let mut durations = Vec::with_capacity(task.training.len());
     let mut spent = Duration::ZERO;
     let mut last_work = baseline.work();
-    for (lesson, number) in exam.lessons.iter().zip(1..) {
+    for (shown, number) in task.training.iter().zip(1..) {
         let start = ThreadTime::now();
-        let learned = measured_update(&mut *baseline, lesson);
+        let learned = measured_update(&mut *baseline, shown);
         let duration = start.elapsed();
         if let Err(Failed(why)) = learned {
             outcome.ending = Ending::Failed { why };
@@ -55,12 +57,12 @@ pub fn run(
         last_work = work;
         outcome.learned = number;
         after_scan(number);
-        // The k-th of n marks when k n-ths are learned.
-        let marks_due = |learned: usize| learned * options.marks / exam.lessons.len();
-        if marks_due(number) > marks_due(number - 1) {
-            outcome.curve.extend(mark(&mut *baseline, &exam.test, lesson.scan, number));
+        // The k-th of n checkpoints when k n-ths are learned.
+        let due = |learned: usize| learned * options.checkpoints / task.training.len();
+        if due(number) > due(number - 1) {
+            outcome.curve.extend(checkpoint(&mut *baseline, &task.test, shown.scan, number));
         }
-        if options.deadline_s.is_some_and(|deadline_s| spent.as_secs_f64() > deadline_s) && number < exam.lessons.len()
+        if options.deadline_s.is_some_and(|deadline_s| spent.as_secs_f64() > deadline_s) && number < task.training.len()
         {
             outcome.ending = Ending::Deadline;
             break;
@@ -70,7 +72,7 @@ pub fn run(
     outcome.memory_bytes = baseline.memory_bytes();
     outcome.growth = growth(&outcome.update_ms);
     outcome.timing = Timing::of(durations);
-    if let Err(error) = judge(&mut outcome, &mut *baseline, exam, unseen.as_ref()) {
+    if let Err(error) = judge(&mut outcome, &mut *baseline, task, unseen.as_ref()) {
         outcome.ending = Ending::Failed { why: error.to_string() };
     }
     outcome
@@ -78,33 +80,33 @@ pub fn run(
 
 /// One update, kept out of line so that an instrument can count it by name.
 #[inline(never)]
-fn measured_update(baseline: &mut dyn Baseline, lesson: &Lesson) -> Result<(), Failed> {
-    baseline.integrate(lesson)
+fn measured_update(baseline: &mut dyn Baseline, shown: &TrainingScan) -> Result<(), Failed> {
+    baseline.integrate(shown)
 }
 
 /// What a contestant is made for.
 #[must_use]
-pub fn setup(contestant: &Contestant, loaded: &Loaded, exam: &Exam, seed: u64) -> Setup {
+pub fn setup(contestant: &Contestant, loaded: &Loaded, task: &Task, seed: u64) -> Setup {
     Setup {
-        area_m: exam.area_m().unwrap_or_default(),
+        area_m: task.area_m().unwrap_or_default(),
         size: contestant.size_on(loaded.dataset.scale()),
-        limits: exam.limits,
+        limits: task.limits,
         profile: loaded.dataset.profile,
         seed,
     }
 }
 
 impl Outcome {
-    fn before(contestant: &Contestant, sitting: &super::Sitting, options: &RunOptions) -> Self {
+    fn before(contestant: &Contestant, round: &super::Round, options: &RunOptions) -> Self {
         Self {
             contestant: contestant.to_string(),
             description: String::new(),
-            dataset: sitting.loaded.dataset.name.clone(),
-            held: sitting.held.clone(),
-            seed: sitting.seed,
-            exam: sitting.digest.clone(),
+            dataset: round.loaded.dataset.name.clone(),
+            held: round.held.clone(),
+            seed: round.seed,
+            task: round.digest.clone(),
             deadline_s: options.deadline_s,
-            scans: sitting.exam.lessons.len(),
+            scans: round.task.training.len(),
             learned: 0,
             ending: Ending::Finished,
             scores: None,
@@ -124,12 +126,12 @@ impl Outcome {
 fn judge(
     outcome: &mut Outcome,
     baseline: &mut dyn Baseline,
-    exam: &Exam,
+    task: &Task,
     unseen: Option<&UnseenPlaces>,
 ) -> Result<(), ScoreError> {
     let Some(last) = outcome.learned.checked_sub(1) else { return Ok(()) };
-    let everything = outcome.learned == exam.lessons.len();
-    let asked = if everything { exam.test.clone() } else { exam.test.until(exam.lessons[last].scan, usize::MAX) };
+    let everything = outcome.learned == task.training.len();
+    let asked = if everything { task.test.clone() } else { task.test.until(task.training[last].scan, usize::MAX) };
     if asked.points_m.is_empty() {
         return Ok(());
     }
@@ -137,7 +139,7 @@ fn judge(
     outcome.scores = Some(Scores::of(&logits, &asked.occupied)?);
     [outcome.auc_over_scans, outcome.nll_over_scans] = over_scans(&logits, &asked)?;
     if let Some(places) = unseen.filter(|places| everything && !places.points_m.is_empty()) {
-        outcome.unseen = unseen_marks(baseline, places)?;
+        outcome.unseen = unseen_scores(baseline, places)?;
     }
     Ok(())
 }
@@ -146,20 +148,20 @@ fn logits(predictions: Vec<Prediction>) -> Vec<f64> {
     predictions.into_iter().map(|prediction| prediction.logit).collect()
 }
 
-fn unseen_marks(baseline: &mut dyn Baseline, places: &UnseenPlaces) -> Result<Option<UnseenMarks>, ScoreError> {
+fn unseen_scores(baseline: &mut dyn Baseline, places: &UnseenPlaces) -> Result<Option<UnseenScores>, ScoreError> {
     let logits = logits(baseline.predict(&places.points_m));
     let scores = Scores::of(&logits, &places.occupied)?;
     let probabilities = |wanted: bool| {
         let of = logits.iter().zip(&places.occupied).filter(|(_, occupied)| **occupied == wanted);
         Quantiles::of(of.map(|(logit, _)| 1.0 / (1.0 + (-logit).exp())).collect())
     };
-    Ok(probabilities(true).zip(probabilities(false)).map(|(inside, outside)| UnseenMarks { scores, inside, outside }))
+    Ok(probabilities(true).zip(probabilities(false)).map(|(inside, outside)| UnseenScores { scores, inside, outside }))
 }
 
-fn mark(baseline: &mut dyn Baseline, test: &TestPoints, scan: u64, scans: usize) -> Option<Mark> {
-    let asked = test.until(scan, QUESTIONS_OF_A_MARK);
+fn checkpoint(baseline: &mut dyn Baseline, test: &TestPoints, scan: u64, scans: usize) -> Option<Checkpoint> {
+    let asked = test.until(scan, POINTS_OF_A_CHECKPOINT);
     let scores = Scores::of(&logits(baseline.predict(&asked.points_m)), &asked.occupied).ok()?;
-    Some(Mark { scans, auc: scores.auc, nll: scores.nll })
+    Some(Checkpoint { scans, auc: scores.auc, nll: scores.nll })
 }
 
 /// Median of the last quarter relative to that of the first; `None` for fewer than eight updates.
@@ -175,7 +177,7 @@ fn growth(update_ms: &[f32]) -> Option<f64> {
 }
 
 /// Checksum of everything that is learned and asked, in hexadecimal.
-pub(super) fn digest(exam: &Exam) -> String {
+pub(super) fn digest(task: &Task) -> String {
     let mut hasher = crc32fast::Hasher::new();
     let mut count = 0_u64;
     let mut add = |scan: u64, point_m: [f32; 2], occupied: bool| {
@@ -184,10 +186,10 @@ pub(super) fn digest(exam: &Exam) -> String {
         hasher.write_u8(u8::from(occupied));
         count += 1;
     };
-    for lesson in &exam.lessons {
-        lesson.points().for_each(|(point_m, occupied)| add(lesson.scan, point_m, occupied));
+    for shown in &task.training {
+        shown.points().for_each(|(point_m, occupied)| add(shown.scan, point_m, occupied));
     }
-    let TestPoints { points_m, occupied, scans } = &exam.test;
+    let TestPoints { points_m, occupied, scans } = &task.test;
     points_m.iter().zip(occupied).zip(scans).for_each(|((point_m, occupied), scan)| add(*scan, *point_m, *occupied));
     format!("{:08x}-{count}", hasher.finalize())
 }

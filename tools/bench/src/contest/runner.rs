@@ -1,11 +1,11 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{Contestant, Loaded, Outcome, Results, ResultsError, RunOptions, UnseenPlaces, run};
-use crate::evaluation::Exam;
+use crate::evaluation::Task;
 
-/// One exam that contestants take.
+/// A dataset divided under a seed: one task for every contestant.
 #[derive(Debug)]
-pub struct Sitting<'a> {
+pub struct Round<'a> {
     /// The dataset it is of.
     pub loaded: &'a Loaded,
     /// What was held out, in a word.
@@ -13,32 +13,32 @@ pub struct Sitting<'a> {
     /// Of the division and of contestants' dice.
     pub seed: u64,
     /// What is learned and asked.
-    pub exam: Exam,
+    pub task: Task,
     /// What no beam saw, where the truth is known.
     pub unseen: Option<UnseenPlaces>,
-    /// Checksum of the exam.
+    /// Checksum of the task.
     pub digest: String,
 }
 
-impl<'a> Sitting<'a> {
+impl<'a> Round<'a> {
     /// With the checksum and the unseen places that follow.
     #[must_use]
-    pub fn new(loaded: &'a Loaded, held: String, seed: u64, exam: Exam) -> Self {
-        let digest = run::digest(&exam);
+    pub fn new(loaded: &'a Loaded, held: String, seed: u64, task: Task) -> Self {
+        let digest = run::digest(&task);
         let scale = loaded.dataset.scale();
-        let unseen = loaded.world.as_ref().map(|world| UnseenPlaces::of(world, &exam, scale));
-        Self { loaded, held, seed, exam, unseen, digest }
+        let unseen = loaded.world.as_ref().map(|world| UnseenPlaces::of(world, &task, scale));
+        Self { loaded, held, seed, task, unseen, digest }
     }
 }
 
-/// Who takes which exams, how.
+/// Contestants and tasks.
 #[derive(Debug)]
 pub struct Contest<'a> {
-    /// The exams.
-    pub sittings: Vec<Sitting<'a>>,
-    /// Each takes every exam.
+    /// The tasks.
+    pub rounds: Vec<Round<'a>>,
+    /// Each learns every task.
     pub contestants: Vec<Contestant>,
-    /// How exams are held.
+    /// How they are run.
     pub options: RunOptions,
     /// How many are held at once, each in a thread of its own.
     pub jobs: usize,
@@ -46,40 +46,40 @@ pub struct Contest<'a> {
 
 /// Hears how a contest goes; called from several threads.
 pub trait Progress: Sync {
-    /// An exam begins: who, where, how many scans.
+    /// A task begins: who, where, how many scans.
     fn begins(&self, job: usize, who: &str, scans: usize);
     /// So many scans are learned.
     fn learned(&self, job: usize, scans: usize);
-    /// An exam is over.
+    /// A task is over.
     fn ends(&self, job: usize, outcome: &Outcome);
 }
 
 impl Contest<'_> {
-    /// Which outcomes there will be, as (contestant, sitting) in the order in which they are run.
-    fn pairs(&self) -> impl Iterator<Item = (&Contestant, &Sitting<'_>)> {
-        self.sittings.iter().flat_map(|sitting| self.contestants.iter().map(move |contestant| (contestant, sitting)))
+    /// Which outcomes there will be, as (contestant, round) in the order in which they are run.
+    fn pairs(&self) -> impl Iterator<Item = (&Contestant, &Round<'_>)> {
+        self.rounds.iter().flat_map(|round| self.contestants.iter().map(move |contestant| (contestant, round)))
     }
 
     /// Whether a kept outcome is that of a pair.
-    fn is_of(&self, outcome: &Outcome, (contestant, sitting): (&Contestant, &Sitting<'_>)) -> bool {
-        let RunOptions { deadline_s, marks } = self.options;
-        outcome.dataset == sitting.loaded.dataset.name
-            && outcome.held == sitting.held
-            && outcome.answers(&contestant.to_string(), &sitting.digest, sitting.seed, deadline_s, marks)
+    fn is_of(&self, outcome: &Outcome, (contestant, round): (&Contestant, &Round<'_>)) -> bool {
+        let RunOptions { deadline_s, checkpoints } = self.options;
+        outcome.dataset == round.loaded.dataset.name
+            && outcome.held == round.held
+            && outcome.answers(&contestant.to_string(), &round.digest, round.seed, deadline_s, checkpoints)
     }
 
-    /// How many exams are to be taken, of all.
+    /// How many outcomes are missing, of all.
     #[must_use]
     pub fn to_run(&self, results: &Results) -> (usize, usize) {
-        let open = |pair: &(&Contestant, &Sitting<'_>)| !results.outcomes().iter().any(|kept| self.is_of(kept, *pair));
+        let open = |pair: &(&Contestant, &Round<'_>)| !results.outcomes().iter().any(|kept| self.is_of(kept, *pair));
         (self.pairs().filter(open).count(), self.pairs().count())
     }
 
-    /// Has every contestant take every exam, but those whose outcome is already kept; returns all outcomes, in the order of
-    /// exams and contestants.
+    /// Runs every contestant on every task, but those whose outcome is already kept; returns all outcomes, in the order of
+    /// tasks and contestants.
     ///
     /// # Errors
-    /// If an outcome cannot be kept: then no further exam begins.
+    /// If an outcome cannot be kept: then no further task begins.
     pub fn run(&self, results: &mut Results, progress: &dyn Progress) -> Result<Vec<Outcome>, ResultsError> {
         let pairs: Vec<_> = self.pairs().collect();
         let kept = |pair| results.outcomes().iter().any(|kept| self.is_of(kept, pair));
@@ -92,15 +92,14 @@ impl Contest<'_> {
                     loop {
                         // A thread that panicked has left the list as whole as it was.
                         let next = || shared.lock().unwrap_or_else(PoisonError::into_inner);
-                        let (contestant, sitting) = {
+                        let (contestant, round) = {
                             let mut shared = next();
                             let Some(pair) = shared.0.next().filter(|_| shared.2.is_none()) else { return };
                             pair
                         };
-                        let who = format!("{contestant} on {}, {} held out", sitting.loaded.dataset.name, sitting.held);
-                        progress.begins(job, &who, sitting.exam.lessons.len());
-                        let outcome =
-                            run(contestant, sitting, &self.options, &mut |scans| progress.learned(job, scans));
+                        let who = format!("{contestant} on {}, {} held out", round.loaded.dataset.name, round.held);
+                        progress.begins(job, &who, round.task.training.len());
+                        let outcome = run(contestant, round, &self.options, &mut |scans| progress.learned(job, scans));
                         progress.ends(job, &outcome);
                         let mut shared = next();
                         if let Err(error) = shared.1.keep(outcome) {

@@ -1,7 +1,7 @@
 use serde::Serialize;
 
-use super::{Ending, Outcome, Spread};
-use crate::evaluation::Timing;
+use super::{Ending, Outcome};
+use crate::{evaluation::Timing, metrics::Spread};
 
 /// How contestants did on one dataset with one thing held out, over all seeds.
 #[derive(Clone, Debug, Serialize)]
@@ -161,7 +161,7 @@ mod tests {
             dataset: "here".to_owned(),
             held: "beams".to_owned(),
             seed,
-            exam: String::new(),
+            task: String::new(),
             deadline_s: Some(1.0),
             scans: 10,
             learned: if ending == Ending::Finished { 10 } else { 4 },

@@ -1,5 +1,5 @@
-use super::{Spread, Standing, Standings};
-use crate::text::bytes;
+use super::{Standing, Standings};
+use crate::{metrics::Spread, text::bytes};
 
 /// A table's rows, head first; a column that nobody has a value for is left out.
 #[must_use]
@@ -8,8 +8,8 @@ pub fn rows(standings: &Standings) -> Vec<Vec<String>> {
     let every: [Column; 17] = [
         ("#", |row| row.rank.map(|rank| rank.to_string())),
         ("contestant", |row| Some(row.contestant.clone())),
-        ("AUC", |row| row.auc.map(|auc| seeds(&auc))),
-        ("NLL", |row| row.nll.map(|nll| seeds(&nll))),
+        ("AUC", |row| row.auc.map(|auc| auc.text(false))),
+        ("NLL", |row| row.nll.map(|nll| nll.text(false))),
         ("Brier", |row| row.brier.map(|brier| format!("{brier:.4}"))),
         ("ECE", |row| row.ece.map(|ece| format!("{ece:.4}"))),
         ("AUC over scans", |row| row.auc_over_scans.map(|auc| spread(&auc))),
@@ -45,11 +45,6 @@ pub fn rows(standings: &Standings) -> Vec<Vec<String>> {
 #[must_use]
 pub fn spread(spread: &Spread) -> String {
     format!("{:.3} ± {:.3}", spread.mean, spread.two_sigma)
-}
-
-/// Over seeds: with the spread where there are several.
-fn seeds(over: &Spread) -> String {
-    if over.count > 1 { format!("{:.4} ± {:.4}", over.mean, over.two_sigma) } else { format!("{:.4}", over.mean) }
 }
 
 /// Three digits that count, never an exponent.

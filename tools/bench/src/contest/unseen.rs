@@ -1,6 +1,6 @@
 use bhm_host::sim::World;
 
-use crate::evaluation::{Exam, Lesson};
+use crate::evaluation::{Task, TrainingScan};
 
 /// Distance between the places asked, metres times the scale of the place.
 const SPACING_M: f32 = 0.5;
@@ -8,7 +8,7 @@ const SPACING_M: f32 = 0.5;
 /// Beams pass at least so many spacings from an unseen place.
 const CLEARANCE: i64 = 1;
 
-/// Places that no beam of an exam's lessons came near, and what really stands there.
+/// Places that no training beam of a task came near, and what really stands there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnseenPlaces {
     /// Metres.
@@ -18,9 +18,9 @@ pub struct UnseenPlaces {
 }
 
 impl UnseenPlaces {
-    /// The centres of a grid over the world's bounds whose cells, and the cells around them, no ray of a lesson touches.
+    /// The centres of a grid over the world's bounds whose cells, and the cells around them, no training ray touches.
     #[must_use]
-    pub fn of(world: &World, exam: &Exam, scale: f32) -> Self {
+    pub fn of(world: &World, task: &Task, scale: f32) -> Self {
         let cell_m = SPACING_M * scale;
         let bounds = world.bounds();
         let min_m = bounds.min.map(|x| x as f32);
@@ -37,8 +37,8 @@ impl UnseenPlaces {
                 }
             }
         };
-        for lesson in &exam.lessons {
-            along(lesson, 0.5 * cell_m, &mut mark);
+        for shown in &task.training {
+            along(shown, 0.5 * cell_m, &mut mark);
         }
         let mut places = Self::default();
         for (slot, _) in seen.iter().enumerate().filter(|(_, seen)| !**seen) {
@@ -51,10 +51,10 @@ impl UnseenPlaces {
     }
 }
 
-/// Points of every ray of a lesson, no farther apart than `step_m`.
-fn along(lesson: &Lesson, step_m: f32, mark: &mut impl FnMut([f32; 2])) {
-    let Some(origin_m) = lesson.origin_m() else { return };
-    for ray in lesson.rays() {
+/// Points of every ray of a scan, no farther apart than `step_m`.
+fn along(shown: &TrainingScan, step_m: f32, mark: &mut impl FnMut([f32; 2])) {
+    let Some(origin_m) = shown.origin_m() else { return };
+    for ray in shown.rays() {
         let way_m = [ray.end_m[0] - origin_m[0], ray.end_m[1] - origin_m[1]];
         let steps = (way_m[0].hypot(way_m[1]) / step_m).ceil().max(1.0);
         for step in 0..=steps as u32 {
@@ -72,16 +72,16 @@ mod tests {
     #[test]
     fn unseen_places_lie_behind_walls_and_no_ray_comes_near_them() {
         let loaded = Dataset { every: 40, ..Dataset::parse("building").unwrap() }.load(1).unwrap();
-        let exam = loaded.exam(Held::Beams, 0.1, 1).unwrap();
+        let task = loaded.task(Held::Beams, 0.1, 1).unwrap();
         let world = loaded.world.as_ref().unwrap();
-        let unseen = UnseenPlaces::of(world, &exam, 1.0);
+        let unseen = UnseenPlaces::of(world, &task, 1.0);
         let occupied = unseen.occupied.iter().filter(|occupied| **occupied).count();
         assert!(occupied > 5 && unseen.occupied.len() - occupied > 20, "{occupied} of {}", unseen.occupied.len());
         // Against every ray's exact distance, not its samples.
         for place in unseen.points_m.iter().step_by(17) {
-            for lesson in &exam.lessons {
-                let [ox, oy] = lesson.origin_m().unwrap();
-                for ray in lesson.rays() {
+            for shown in &task.training {
+                let [ox, oy] = shown.origin_m().unwrap();
+                for ray in shown.rays() {
                     let way = [ray.end_m[0] - ox, ray.end_m[1] - oy];
                     let to = [place[0] - ox, place[1] - oy];
                     let along = (to[0] * way[0] + to[1] * way[1]) / (way[0] * way[0] + way[1] * way[1]);

@@ -12,8 +12,8 @@ mod training_scan;
 mod truth;
 
 pub use parts::{Parts, three_parts};
-pub use split::{Held, Split, TestPoints, Training, hold_out};
-pub use task::Exam;
+pub use split::{BeamSplit, Held, Split, TestPoints, Training, hold_out, hold_out_beams};
+pub use task::Task;
 pub use timing::Timing;
-pub use training_scan::{Lesson, Ray, Sampling};
+pub use training_scan::{Ray, Sampling, TrainingScan};
 pub use truth::Truth;

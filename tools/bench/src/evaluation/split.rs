@@ -1,11 +1,16 @@
 use bhm_core::scan::ScanHeader;
 use std::fmt;
 
-use bhm_core::geometry::Pose;
+use bhm_core::{
+    geometry::{Point, Pose},
+    tile::Occupancy,
+};
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
+
+use crate::metrics::{ScoreError, Scores};
 
 /// Free points of a beam that are asked for.
 const FREE_POINTS: usize = 2;
@@ -59,7 +64,7 @@ impl fmt::Display for Held {
 /// What a method learns from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Training {
-    /// Scans, with the ranges of held-out beams replaced by NaN: every mapper drops such a beam, and bearings stay right.
+    /// Scans, held-out beams as NaN (see [`BeamSplit`]).
     Scans(Vec<ScanRecord>),
     /// Labelled points, scan by scan.
     Points(Vec<LabelledPoints>),
@@ -74,6 +79,19 @@ pub struct TestPoints {
     pub occupied: Vec<bool>,
     /// The position in the log of the scan that each is of.
     pub scans: Vec<u64>,
+}
+
+/// Scans of which some beams are held out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeamSplit {
+    /// Learned, with the ranges of held-out beams replaced by NaN: every mapper drops such a beam, and bearings stay right.
+    pub training: Vec<ScanRecord>,
+    /// Asked: points of the held-out beams.
+    pub test: TestPoints,
+    /// How many beams were replaced.
+    pub held: usize,
+    /// Of how many with a return.
+    pub of: usize,
 }
 
 /// A log, divided.
@@ -103,7 +121,8 @@ pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> S
     let numbered = || scans.iter().zip(0..);
     let training = match held {
         Held::Beams => {
-            Training::Scans(numbered().map(|(scan, at)| beams_held_out(scan, at, &mut dice, &mut test)).collect())
+            let BeamSplit { training, test, held, of } = hold_out_beams(scans, fraction, seed);
+            return Split { training: Training::Scans(training), positions, test, held, of };
         }
         Held::Points => {
             Training::Points(numbered().map(|(scan, at)| points_held_out(scan, at, &mut dice, &mut test)).collect())
@@ -122,6 +141,15 @@ pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> S
         }
     };
     Split { training, positions, test, held: dice.held, of: dice.of }
+}
+
+/// Holds out a fraction of the beams of a log, as [`hold_out`] does.
+#[must_use]
+pub fn hold_out_beams(scans: &[ScanRecord], fraction: f64, seed: u64) -> BeamSplit {
+    let mut dice = Dice { rng: ChaCha8Rng::seed_from_u64(seed), fraction, held: 0, of: 0 };
+    let mut test = TestPoints::default();
+    let training = scans.iter().zip(0..).map(|(scan, at)| beams_held_out(scan, at, &mut dice, &mut test)).collect();
+    BeamSplit { training, test, held: dice.held, of: dice.of }
 }
 
 fn beams_held_out(scan: &ScanRecord, at: u64, dice: &mut Dice, test: &mut TestPoints) -> ScanRecord {
@@ -157,6 +185,15 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
 }
 
 impl TestPoints {
+    /// How well a map answers them.
+    ///
+    /// # Errors
+    /// If there are none, or the map says of a point what is no number.
+    pub fn score(&self, occupancy: impl Fn(&Point<2>) -> Occupancy) -> Result<Scores, ScoreError> {
+        let logits: Vec<f32> = self.points_m.iter().map(|point_m| occupancy(&Point::from(*point_m)).logit()).collect();
+        Scores::of(&logits, &self.occupied)
+    }
+
     /// The questions about scans up to this one; of more than `most` some, evenly.
     #[must_use]
     pub fn until(&self, scan: u64, most: usize) -> Self {

@@ -1,43 +1,43 @@
 use bhm_core::beam::BeamLimits;
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 
-use super::{Lesson, Sampling, Split, TestPoints, Training};
+use super::{Sampling, Split, TestPoints, Training, TrainingScan};
 
 /// Ground around the training points that methods of fixed area cover as well, metres.
 const MARGIN_M: f32 = 1.0;
 
 /// What every method learns, and what it is asked: the same for all of them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Exam {
+pub struct Task {
     /// In the order of the log.
-    pub lessons: Vec<Lesson>,
+    pub training: Vec<TrainingScan>,
     /// Asked; none of it was learned.
     pub test: TestPoints,
     /// How far beams are believed.
     pub limits: BeamLimits,
 }
 
-impl Exam {
+impl Task {
     /// Of a log that was divided.
     #[must_use]
     pub fn of_split(scans: &[ScanRecord], split: Split, sampling: &Sampling) -> Self {
         let origin_m =
             |at: u64| scans.get(at as usize).map(|scan| [scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]);
-        let lessons = match split.training {
+        let training = match split.training {
             Training::Scans(records) => records
                 .into_iter()
                 .zip(split.positions)
-                .map(|(record, at)| Lesson::of_beams(at, record, sampling))
+                .map(|(record, at)| TrainingScan::of_beams(at, record, sampling))
                 .collect(),
             Training::Points(points) => points
                 .into_iter()
                 .map(|points| {
                     let origin_m = origin_m(points.scan);
-                    Lesson::of_points(points, origin_m)
+                    TrainingScan::of_points(points, origin_m)
                 })
                 .collect(),
         };
-        Self { lessons, test: split.test, limits: sampling.limits }
+        Self { training, test: split.test, limits: sampling.limits }
     }
 
     /// Of points that were divided elsewhere; `origin_m` says where the sensor stood at a scan, where that is known.
@@ -54,18 +54,18 @@ impl Exam {
             asked.points_m.extend(points.points_m);
             asked.occupied.extend(points.occupied);
         }
-        let lesson = |points: LabelledPoints| {
+        let shown = |points: LabelledPoints| {
             let origin_m = origin_m(points.scan);
-            Lesson::of_points(points, origin_m)
+            TrainingScan::of_points(points, origin_m)
         };
-        Self { lessons: training.into_iter().map(lesson).collect(), test: asked, limits }
+        Self { training: training.into_iter().map(shown).collect(), test: asked, limits }
     }
 
     /// Least and greatest x and y of what is learned, with a metre around it; `None` if nothing is.
     #[must_use]
     pub fn area_m(&self) -> Option<[[f32; 2]; 2]> {
         let mut area: Option<[[f32; 2]; 2]> = None;
-        for (point_m, _) in self.lessons.iter().flat_map(Lesson::points) {
+        for (point_m, _) in self.training.iter().flat_map(TrainingScan::points) {
             let [min, max] = area.get_or_insert([point_m, point_m]);
             for axis in 0..2 {
                 min[axis] = min[axis].min(point_m[axis]);

@@ -10,7 +10,7 @@ const FEWEST_FREE_POINTS: usize = 2;
 ///
 /// Methods that learn points all learn the same ones: the hit of each beam, and free points uniform up to the gap before it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lesson {
+pub struct TrainingScan {
     /// Position of the scan in its log.
     pub scan: u64,
     origin_m: Option<[f32; 2]>,
@@ -41,7 +41,7 @@ pub struct Sampling {
     pub seed: u64,
 }
 
-impl Lesson {
+impl TrainingScan {
     /// Of whole beams.
     #[must_use]
     pub fn of_beams(scan: u64, record: ScanRecord, sampling: &Sampling) -> Self {

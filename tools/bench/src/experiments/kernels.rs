@@ -1,24 +1,17 @@
 //! What one kernel brings over another at equal spacing, and what several on one lattice bring.
 
-use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportTable};
+use bhm_core::{
+    kernel::KernelChoice,
+    settings::{Settings, SettingsError},
+};
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, table_with, take};
-use crate::cost;
+use super::trial::{Columns, Table, Trial, Variant};
+use crate::{evaluation::BeamSplit, text::Report};
 
-/// Kernels that are tried beside the cubic B-spline.
-#[derive(Clone, Debug)]
-pub struct Kernels {
-    /// Shapes of the squared exponential, in units of spacing².
-    pub shapes: Vec<f32>,
-    /// Shapes of the narrower of two scales, in units of spacing².
-    pub two_scales_shapes: Vec<f32>,
-}
-
+/// What a kernel is and costs.
 #[derive(Serialize)]
-struct Contestant {
-    #[serde(flatten)]
-    marks: Marks,
+pub struct KernelColumns {
     kernel: &'static str,
     /// Null where the kernel reads none.
     kernel_shape: Option<f32>,
@@ -28,51 +21,65 @@ struct Contestant {
 
 /// What came of it.
 #[derive(Serialize)]
-pub struct Report {
-    contestants: Vec<Contestant>,
+pub struct Compared {
+    contestants: Table<KernelColumns>,
     /// What no map can be made with, and why.
     refused: Vec<String>,
 }
 
-impl Kernels {
-    /// Learns and asks each of them.
-    ///
-    /// # Errors
-    /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
-        let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<(KernelChoice, Option<f32>)> {
-            shapes.iter().map(|shape| (kernel, Some(*shape))).collect()
+/// Learns and asks the cubic B-spline, squared exponentials of these shapes, in units of spacing², and sums of two of them, of
+/// which the narrower has these shapes.
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(
+    split: &BeamSplit,
+    base: &Settings,
+    shapes: &[f32],
+    two_scales_shapes: &[f32],
+) -> anyhow::Result<Compared> {
+    let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<Variant> {
+        let one = |shape: &f32| {
+            let settings = Settings { kernel, kernel_shape: *shape, ..*base };
+            Variant::new(format!("{} {shape}", kernel.name()), settings)
         };
-        let candidates = [
-            vec![(KernelChoice::CubicBSpline, None)],
-            shaped(KernelChoice::SquaredExponential, &self.shapes),
-            shaped(KernelChoice::TwoScales, &self.two_scales_shapes),
-        ];
-        let mut report = Report { contestants: Vec::new(), refused: Vec::new() };
-        for (kernel, kernel_shape) in candidates.concat() {
-            let settings = Settings { kernel, kernel_shape: kernel_shape.unwrap_or(base.kernel_shape), ..*base };
-            let settings = settings.fitted(SupportTable::EMPTY);
-            let name = kernel_shape.map_or(kernel.name().to_owned(), |shape| format!("{} {shape}", kernel.name()));
-            if let Err(error) = settings.model() {
-                report.refused.push(format!("{name}: {error}"));
-                continue;
-            }
-            let (marks, _) = take(exam, name, settings, None)?;
-            let instructions_per_scan =
-                cost::instructions(&settings, marks.rows, marks.passes)? / exam.scans.len() as f64;
-            report.contestants.push(Contestant { marks, kernel: kernel.name(), kernel_shape, instructions_per_scan });
+        shapes.iter().map(one).collect()
+    };
+    let spline = KernelChoice::CubicBSpline;
+    let mut variants = vec![Variant::new(spline.name(), Settings { kernel: spline, ..*base })];
+    variants.extend(shaped(KernelChoice::SquaredExponential, shapes));
+    variants.extend(shaped(KernelChoice::TwoScales, two_scales_shapes));
+    let mut refused = Vec::new();
+    variants.retain(|variant| match variant.fitted().model() {
+        Ok(_) => true,
+        Err(error) => {
+            refused.push(format!("{}: {error}", variant.name));
+            false
         }
-        Ok(report)
+    });
+    Ok(Compared { contestants: Table::run(split, &variants)?, refused })
+}
+
+impl Columns for KernelColumns {
+    const HEADS: &'static [&'static str] = &["M instr/scan"];
+
+    fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError> {
+        let Settings { kernel, kernel_shape, .. } = *settings;
+        Ok(Self {
+            kernel: kernel.name(),
+            kernel_shape: (kernel != KernelChoice::CubicBSpline).then_some(kernel_shape),
+            instructions_per_scan: trial.instructions_per_scan(settings)?,
+        })
+    }
+
+    fn cells(&self) -> Vec<String> {
+        vec![format!("{:.2}", self.instructions_per_scan / 1e6)]
     }
 }
 
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let marks: Vec<&Marks> = self.contestants.iter().map(|contestant| &contestant.marks).collect();
-        let cost = self.contestants.iter().map(|one| format!("{:.2}", one.instructions_per_scan / 1e6)).collect();
+impl Report for Compared {
+    fn text(&self) -> String {
         let refused: String = self.refused.iter().map(|refused| format!("refused: {refused}\n")).collect();
-        table_with(&marks, &[("M instr/scan", cost)]) + &refused
+        self.contestants.text() + &refused
     }
 }

@@ -12,25 +12,25 @@ use bhm_core::{
 use bhm_host::supports::observe;
 use serde::Serialize;
 
-use super::trial::Exam;
 use crate::{
+    evaluation::BeamSplit,
     metrics::Scores,
     progress,
     scattered::{Cluster, ClusterOptions, Clusters, ScatteredSupport, learn_clusters, open_scattered},
-    text,
+    text::{Report, columns},
 };
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
 #[derive(Clone, Debug)]
-pub struct Placement {
+pub struct Placement<'a> {
     /// Clusters that are given.
     pub given: Option<Clusters>,
     /// Numbers of supports, where none are given.
-    pub counts: Vec<usize>,
+    pub counts: &'a [usize],
     /// Shapes of the squared exponential, in units of the squared pitch of the lattice over the cells that hold data.
-    pub shapes: Vec<f32>,
+    pub shapes: &'a [f32],
     /// How many observations a hit counts as when clusters are looked for.
-    pub hit_weights: Vec<f32>,
+    pub hit_weights: &'a [f32],
     /// Seed of where clusters begin.
     pub seed: u64,
 }
@@ -38,7 +38,7 @@ pub struct Placement {
 /// What came of it.
 #[derive(Serialize)]
 #[serde(transparent)]
-pub struct Report(Vec<Contestant>);
+pub struct Compared(Vec<Contestant>);
 
 /// How a placement did.
 #[derive(Serialize)]
@@ -52,16 +52,16 @@ struct Contestant {
     rows: u64,
 }
 
-impl Placement {
+impl Placement<'_> {
     /// Learns and asks each of them.
     ///
     /// # Errors
     /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
+    pub fn compare(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
         let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let data = Data::of(exam, &base)?;
-        let counts = given.map_or_else(|| self.counts.clone(), |given| vec![given.clusters.len()]);
+        let data = Data::of(split, &base)?;
+        let counts = given.map_or_else(|| self.counts.to_vec(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
         for count in counts {
             let (pitch_m, observed) = data.observed_cells(count);
@@ -72,29 +72,29 @@ impl Placement {
             match given {
                 Some(given) => placements.extend(of_clusters(given, "list")),
                 None => {
-                    for hit_weight in &self.hit_weights {
+                    for hit_weight in self.hit_weights {
                         let options = ClusterOptions {
                             clusters: count,
                             hit_weight: *hit_weight,
                             seed: self.seed,
                             ..ClusterOptions::DEFAULT
                         };
-                        let clusters = learn_clusters(|| &exam.scans, &base, &options)?;
+                        let clusters = learn_clusters(|| &split.training, &base, &options)?;
                         let clusters = Clusters { source: String::new(), clusters };
                         placements.extend(of_clusters(&clusters, &format!("k-means, hits {hit_weight}")));
                     }
                 }
             }
-            for shape in &self.shapes {
+            for shape in self.shapes {
                 // The lattice of the settings is not the map's; its spacing gives the kernel's shape its unit.
                 let settings = Settings { spacing_m: pitch_m, kernel_shape: *shape, ..base };
                 let settings = settings.fitted(SupportTable::EMPTY);
                 for (name, supports) in &placements {
-                    contestants.push(learned(exam, name, settings, supports)?);
+                    contestants.push(learned(split, name, settings, supports)?);
                 }
             }
         }
-        Ok(Report(contestants))
+        Ok(Compared(contestants))
     }
 }
 
@@ -109,17 +109,20 @@ fn of_clusters(clusters: &Clusters, name: &str) -> [(String, Vec<ScatteredSuppor
     ]
 }
 
-fn learned(exam: &Exam, name: &str, settings: Settings, supports: &[ScatteredSupport]) -> anyhow::Result<Contestant> {
+fn learned(
+    split: &BeamSplit,
+    name: &str,
+    settings: Settings,
+    supports: &[ScatteredSupport],
+) -> anyhow::Result<Contestant> {
     let kernel_shape_m2 = settings.kernel_shape * settings.spacing_m * settings.spacing_m;
     let title = format!("{}: g {kernel_shape_m2:.3} m2, {name}", supports.len());
     let mut map = open_scattered(settings, supports.to_vec())?;
     let mut rows = 0;
-    for scan in progress::over(exam.scans.iter(), title.clone()) {
+    for scan in progress::over(split.training.iter(), title.clone()) {
         rows += map.integrate(scan).with_context(|| title.clone())? as u64;
     }
-    let logits: Vec<f32> =
-        exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = Scores::of(&logits, &exam.test.occupied)?;
+    let scores = split.test.score(|point_m| map.occupancy(point_m))?;
     Ok(Contestant { name: name.to_owned(), supports: supports.len(), kernel_shape_m2, scores, rows })
 }
 
@@ -131,10 +134,10 @@ struct Data {
 }
 
 impl Data {
-    fn of(exam: &Exam, settings: &Settings) -> anyhow::Result<Self> {
+    fn of(split: &BeamSplit, settings: &Settings) -> anyhow::Result<Self> {
         let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
         let mut points_m = Vec::new();
-        for scan in &exam.scans {
+        for scan in &split.training {
             observe(scan, settings, &rule, |place| points_m.push(place.place.middle_m()));
         }
         let first = *points_m.first().ok_or_else(|| anyhow::anyhow!("the scans hold no usable observation"))?;
@@ -187,10 +190,8 @@ fn at(corner_m: &Point<2>, cell: [i32; 2], pitch_m: f32) -> ScatteredSupport {
     ScatteredSupport { centre_m, support: AnySupport::default() }
 }
 
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
+impl Report for Compared {
+    fn text(&self) -> String {
         let contestants = &self.0;
         let best = contestants.iter().map(|one| one.scores.nll).fold(f64::INFINITY, f64::min);
         let head = ["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""];
@@ -207,6 +208,6 @@ impl Report {
                 if scores.nll == best { "best".to_owned() } else { String::new() },
             ]
         }));
-        text::columns(&rows)
+        columns(&rows)
     }
 }

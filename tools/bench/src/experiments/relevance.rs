@@ -2,53 +2,28 @@
 
 use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportChoice};
 use bhm_host::supports::{RelevanceOptions, learn_relevance};
-use serde::Serialize;
 
-use super::trial::{Exam, Marks, table, take};
+use super::trial::{NoColumns, Table, Variant};
+use crate::evaluation::BeamSplit;
 
-/// Kernels and isotropic supports that are tried.
-#[derive(Clone, Debug)]
-pub struct Relevance {
-    /// Kernel shapes, in units of spacing².
-    pub shapes: Vec<f32>,
-    /// Standard deviations of isotropic supports, in spacings.
-    pub sizes: Vec<f32>,
-}
-
-/// What came of it.
-#[derive(Serialize)]
-#[serde(transparent)]
-pub struct Report(Vec<Marks>);
-
-impl Relevance {
-    /// Learns and asks each of them.
-    ///
-    /// # Errors
-    /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
-        let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
-        let mut marks: Vec<Marks> = Vec::new();
-        for shape in &self.shapes {
-            let settings = Settings { kernel_shape: *shape, ..base };
-            marks.push(take(exam, format!("g {shape}, points"), settings, None)?.0);
-            for size in &self.sizes {
-                let round = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..settings };
-                if round.fitted(bhm_core::support::SupportTable::EMPTY).model().is_ok() {
-                    marks.push(take(exam, format!("g {shape}, isotropic {size}"), round, None)?.0);
-                }
-            }
-            let learned = learn_relevance(|| &exam.scans, &settings, &RelevanceOptions::DEFAULT, String::new())?;
-            let supports = learned.supports.interned();
-            marks.push(take(exam, format!("g {shape}, learned"), settings, Some(supports))?.0);
-        }
-        Ok(Report(marks))
+/// Learns and asks points, isotropic supports of these standard deviations in spacings, and learned ones, each with kernels of
+/// these shapes, in units of spacing².
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, shapes: &[f32], sizes: &[f32]) -> anyhow::Result<Table<NoColumns>> {
+    let mut variants = Vec::new();
+    for shape in shapes {
+        let points = Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: *shape, ..*base };
+        variants.push(Variant::new(format!("g {shape}, points"), points));
+        let isotropic = sizes.iter().map(|size| {
+            let settings = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..points };
+            Variant::new(format!("g {shape}, isotropic {size}"), settings)
+        });
+        variants.extend(isotropic.filter(|variant| variant.fitted().model().is_ok()));
+        let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
+        let learned = learned.supports.interned();
+        variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned));
     }
-}
-
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
-        table(&self.0)
-    }
+    Table::run(split, &variants)
 }

@@ -6,25 +6,15 @@ use bhm_core::{
 };
 use serde::Serialize;
 
-use super::trial::{Exam, Marks, table_with, take};
-use crate::cost::{self, Load, where_falls_to};
+use super::trial::{Columns, Table, Trial, Variant};
+use crate::{
+    cost::{Load, where_falls_to},
+    evaluation::BeamSplit,
+};
 
-/// Segments that are tried against points.
-#[derive(Clone, Debug)]
-pub struct Segments {
-    /// Longest segments, in spacings; each line of the lattice cuts once more.
-    pub lengths: Vec<f32>,
-}
-
-/// What came of it.
+/// What the free part of a beam is learned as, and what it costs.
 #[derive(Serialize)]
-#[serde(transparent)]
-pub struct Report(Vec<Contestant>);
-
-#[derive(Serialize)]
-struct Contestant {
-    #[serde(flatten)]
-    marks: Marks,
+pub struct BeamColumns {
     /// In spacings; null for points.
     segment_length: Option<f32>,
     /// Null for segments.
@@ -36,57 +26,47 @@ struct Contestant {
 /// Scans that a density is found by: it is that of a mean, and the final table says what came of it.
 const SCANS_COUNTED: usize = 100;
 
-impl Segments {
-    /// Learns and asks each of them, and points at equal cost.
-    ///
-    /// # Errors
-    /// If a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
-        let base = Settings { beam: BeamChoice::PointSamples, ..*base };
-        let every = exam.scans.len().div_ceil(SCANS_COUNTED);
-        let load = |settings: &Settings| Load::of(exam.scans.iter().step_by(every), settings);
-        let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
-        let mut contestants = vec![Contestant::learned(exam, "points, as configured".to_owned(), base)?];
-        for length in &self.lengths {
-            let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
-            contestants.push(Contestant::learned(exam, format!("segments of {length}"), segments)?);
-            let goal = load(&segments)?;
-            let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
-            let equal_instructions = goal.instructions(&segments)?;
-            let as_dear = where_falls_to(equal_instructions, |m| {
-                let settings = points(m);
-                load(&settings)?.instructions(&settings)
-            })?;
-            contestants.push(Contestant::learned(exam, "points, equal rows".to_owned(), points(as_many_rows))?);
-            contestants.push(Contestant::learned(exam, "points, equal instructions".to_owned(), points(as_dear))?);
-        }
-        Ok(Report(contestants))
+/// Learns and asks segments of these lengths at most, in spacings, and points at equal cost; each line of the lattice cuts a
+/// segment once more.
+///
+/// # Errors
+/// If a variant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, lengths: &[f32]) -> anyhow::Result<Table<BeamColumns>> {
+    let base = Settings { beam: BeamChoice::PointSamples, ..*base };
+    let every = split.training.len().div_ceil(SCANS_COUNTED);
+    let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
+    let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
+    let mut variants = vec![Variant::new("points, as configured", base)];
+    for length in lengths {
+        let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
+        variants.push(Variant::new(format!("segments of {length}"), segments));
+        let goal = load(&segments)?;
+        let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
+        let equal_instructions = goal.instructions(&segments)?;
+        let as_dear = where_falls_to(equal_instructions, |m| {
+            let settings = points(m);
+            load(&settings)?.instructions(&settings)
+        })?;
+        variants.push(Variant::new("points, equal rows", points(as_many_rows)));
+        variants.push(Variant::new("points, equal instructions", points(as_dear)));
     }
+    Table::run(split, &variants)
 }
 
-impl Contestant {
-    fn learned(exam: &Exam, name: String, settings: Settings) -> anyhow::Result<Self> {
-        let (marks, _) = take(exam, name, settings, None)?;
+impl Columns for BeamColumns {
+    const HEADS: &'static [&'static str] = &["free spacing m", "M instr/scan"];
+
+    fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError> {
         let segments = settings.beam == BeamChoice::LineSegments;
-        let instructions: Result<f64, SettingsError> = cost::instructions(&settings, marks.rows, marks.passes);
         Ok(Self {
             segment_length: segments.then_some(settings.segment_length),
             free_spacing_m: (!segments).then_some(settings.free_spacing_m),
-            instructions_per_scan: instructions? / exam.scans.len() as f64,
-            marks,
+            instructions_per_scan: trial.instructions_per_scan(settings)?,
         })
     }
-}
 
-impl Report {
-    /// As a table.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let marks: Vec<&Marks> = self.0.iter().map(|contestant| &contestant.marks).collect();
-        let cell = |of: &dyn Fn(&Contestant) -> String| self.0.iter().map(of).collect();
-        let spacing =
-            |one: &Contestant| one.free_spacing_m.map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"));
-        let instructions = |one: &Contestant| format!("{:.2}", one.instructions_per_scan / 1e6);
-        table_with(&marks, &[("free spacing m", cell(&spacing)), ("M instr/scan", cell(&instructions))])
+    fn cells(&self) -> Vec<String> {
+        let spacing = self.free_spacing_m.map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"));
+        vec![spacing, format!("{:.2}", self.instructions_per_scan / 1e6)]
     }
 }

@@ -1,49 +1,56 @@
-//! One contestant of an experiment: learned, asked, and what it cost.
-
 use bhm_core::{
-    geometry::Point,
     profile::{Capacities, Profile},
-    settings::Settings,
+    settings::{Settings, SettingsError},
+    support::SupportTable,
 };
 use bhm_host::{
-    ScanRecord,
     map::{self, AnyMap},
     supports::LearnedSupports,
 };
 use serde::Serialize;
 
 use crate::{
-    evaluation::{Held, TestPoints, Training, hold_out},
+    cost,
+    evaluation::BeamSplit,
     metrics::Scores,
-    progress, text,
+    progress,
+    text::{Report, columns},
 };
 
-/// What every contestant learns and is asked.
+/// One of the ways of mapping that an experiment compares.
 #[derive(Clone, Debug)]
-pub struct Exam {
-    /// Learned: held-out beams are NaN.
-    pub scans: Vec<ScanRecord>,
-    /// Asked.
-    pub test: TestPoints,
+pub struct Variant {
+    /// What tables call it.
+    pub name: String,
+    /// What it learns with; the tile is fitted to them.
+    pub settings: Settings,
+    /// Supports of their own that nodes of its map have.
+    pub supports: Option<&'static LearnedSupports>,
 }
 
-impl Exam {
-    /// These scans, a fraction of the beams held out.
-    ///
-    /// # Errors
-    /// If that is no beam at all.
-    pub fn of(scans: &[ScanRecord], fraction: f64, seed: u64) -> anyhow::Result<Self> {
-        let split = hold_out(scans, Held::Beams, fraction, seed);
-        anyhow::ensure!(!split.test.points_m.is_empty(), "nothing to predict: no beam was held out");
-        let Training::Scans(scans) = split.training else { unreachable!("beams are held out of scans") };
-        Ok(Self { scans, test: split.test })
+impl Variant {
+    /// Without supports of its own.
+    pub fn new(name: impl Into<String>, settings: Settings) -> Self {
+        Self { name: name.into(), settings, supports: None }
+    }
+
+    /// With these.
+    #[must_use]
+    pub fn with_supports(self, supports: &'static LearnedSupports) -> Self {
+        Self { supports: Some(supports), ..self }
+    }
+
+    /// The settings with the narrowest stencil that they need.
+    #[must_use]
+    pub fn fitted(&self) -> Settings {
+        self.settings.fitted(self.supports.map_or(SupportTable::EMPTY, LearnedSupports::table))
     }
 }
 
-/// How a contestant did.
+/// What a variant learned, and how well it answers.
 #[derive(Clone, Debug, Serialize)]
-pub struct Marks {
-    /// The contestant.
+pub struct Trial {
+    /// The variant.
     pub name: String,
     /// Of its answers.
     #[serde(flatten)]
@@ -60,67 +67,131 @@ pub struct Marks {
     pub observations: u64,
     /// Of those, learned as less uncertain than their scan's pose makes them: the stencil had no room for all of it.
     pub narrowed: u64,
+    /// Scans shown.
+    #[serde(skip)]
+    pub scans: usize,
 }
 
-/// Room enough that no contestant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
+/// Room enough that no variant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
 const CAPACITIES: Capacities = Capacities { tiles: 256, points: 1 << 18, rows: 1 << 18, touched: 1 << 14 };
 
-/// Learns the exam's scans with these settings, the tile fitted to them, and answers its questions.
-pub(super) fn take(
-    exam: &Exam,
-    name: impl Into<String>,
-    settings: Settings,
-    supports: Option<&'static LearnedSupports>,
-) -> anyhow::Result<(Marks, Box<dyn AnyMap>)> {
-    let name = name.into();
-    let table = supports.map_or(bhm_core::support::SupportTable::EMPTY, LearnedSupports::table);
-    let settings = settings.fitted(table);
-    let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
-    let mut map = map::open_with(&profile, supports)?;
-    let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
-    for scan in progress::over(exam.scans.iter(), name.clone()) {
-        if let Ok(report) = map.integrate(&scan.as_scan()) {
-            let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
-            anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
-            rows += u64::from(report.rows);
-            passes += u64::from(report.passes);
-            observations += u64::from(report.points.used);
-            narrowed += u64::from(report.points.narrowed);
+impl Trial {
+    /// Has the variant learn what is not held out, and answer what is.
+    ///
+    /// # Errors
+    /// If no map can be made like this, or the map cannot learn all that it is shown.
+    pub fn run(split: &BeamSplit, variant: &Variant) -> anyhow::Result<(Self, Box<dyn AnyMap>)> {
+        let (name, settings) = (variant.name.clone(), variant.fitted());
+        let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
+        let mut map = map::open_with(&profile, variant.supports)?;
+        let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
+        for scan in progress::over(split.training.iter(), name.clone()) {
+            if let Ok(report) = map.integrate(&scan.as_scan()) {
+                let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
+                anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
+                rows += u64::from(report.rows);
+                passes += u64::from(report.passes);
+                observations += u64::from(report.points.used);
+                narrowed += u64::from(report.points.narrowed);
+            }
         }
+        let scores = split.test.score(|point_m| map.occupancy(point_m))?;
+        let (resident, archived) = map.tile_counts();
+        let (stencil, tiles, scans) = (settings.stencil, resident + archived, split.training.len());
+        Ok((Self { name, scores, rows, passes, stencil, tiles, observations, narrowed, scans }, map))
     }
-    let logits: Vec<f32> =
-        exam.test.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = Scores::of(&logits, &exam.test.occupied)?;
-    let (resident, archived) = map.tile_counts();
-    let (stencil, tiles) = (settings.stencil, resident + archived);
-    Ok((Marks { name, scores, rows, passes, stencil, tiles, observations, narrowed }, map))
+
+    /// Instructions of a scan, modelled from what was learned with these settings.
+    ///
+    /// # Errors
+    /// Settings that contradict themselves.
+    pub fn instructions_per_scan(&self, settings: &Settings) -> Result<f64, SettingsError> {
+        Ok(cost::instructions(settings, self.rows, self.passes)? / self.scans as f64)
+    }
 }
 
-/// The marks as a table, the best NLL marked.
-pub(super) fn table(marks: &[Marks]) -> String {
-    table_with(&marks.iter().collect::<Vec<_>>(), &[])
+/// What an experiment says of a trial beside what all of them say.
+pub trait Columns: Serialize + Sized {
+    /// Their headings.
+    const HEADS: &'static [&'static str];
+
+    /// Of a trial with these settings.
+    ///
+    /// # Errors
+    /// Settings that contradict themselves.
+    fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError>;
+
+    /// A cell for each heading.
+    fn cells(&self) -> Vec<String>;
 }
 
-/// The same with further columns: a heading, and a cell for each of the marks.
-pub(super) fn table_with(marks: &[&Marks], further: &[(&str, Vec<String>)]) -> String {
-    let best = marks.iter().map(|marks| marks.scores.nll).fold(f64::INFINITY, f64::min);
-    let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles"];
-    let head = head.into_iter().chain(further.iter().map(|(name, _)| *name)).chain([""]);
-    let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).collect()];
-    rows.extend(marks.iter().enumerate().map(|(line, Marks { name, scores, rows, passes, stencil, tiles, .. })| {
-        let mut cells = vec![
-            name.clone(),
-            scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}")),
-            format!("{:.5}", scores.nll),
-            format!("{:.5}", scores.ece),
-            rows.to_string(),
-            passes.to_string(),
-            stencil.to_string(),
-            tiles.to_string(),
-        ];
-        cells.extend(further.iter().map(|(_, column)| column.get(line).cloned().unwrap_or_default()));
-        cells.push(if scores.nll == best { "best".to_owned() } else { String::new() });
-        cells
-    }));
-    text::columns(&rows)
+/// Nothing more.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NoColumns {}
+
+impl Columns for NoColumns {
+    const HEADS: &'static [&'static str] = &[];
+
+    fn of(_trial: &Trial, _settings: &Settings) -> Result<Self, SettingsError> {
+        Ok(Self {})
+    }
+
+    fn cells(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Row<C> {
+    #[serde(flatten)]
+    trial: Trial,
+    #[serde(flatten)]
+    more: C,
+}
+
+/// A row for each variant.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
+pub struct Table<C>(Vec<Row<C>>);
+
+impl<C: Columns> Table<C> {
+    /// Of variants that all learn the same and are asked the same.
+    ///
+    /// # Errors
+    /// As [`Trial::run`].
+    pub fn run(split: &BeamSplit, variants: &[Variant]) -> anyhow::Result<Self> {
+        let row = |variant: &Variant| {
+            let trial = Trial::run(split, variant)?.0;
+            Ok(Row { more: C::of(&trial, &variant.fitted())?, trial })
+        };
+        variants.iter().map(row).collect::<anyhow::Result<_>>().map(Self)
+    }
+}
+
+impl Table<NoColumns> {
+    /// Of trials that were run one by one.
+    #[must_use]
+    pub fn of(trials: Vec<Trial>) -> Self {
+        Self(trials.into_iter().map(|trial| Row { trial, more: NoColumns {} }).collect())
+    }
+}
+
+impl<C: Columns> Report for Table<C> {
+    /// The best NLL is marked.
+    fn text(&self) -> String {
+        let best = self.0.iter().map(|row| row.trial.scores.nll).fold(f64::INFINITY, f64::min);
+        let head = ["", "AUC", "NLL", "ECE", "rows", "tile passes", "stencil", "tiles"];
+        let head = head.iter().chain(C::HEADS).chain(&[""]);
+        let mut rows: Vec<Vec<String>> = vec![head.map(|head| (*head).to_owned()).collect()];
+        rows.extend(self.0.iter().map(|Row { trial, more }| {
+            let Trial { name, scores, rows, passes, stencil, tiles, .. } = trial;
+            let mut cells = vec![name.clone()];
+            cells.extend(scores.cells());
+            cells.extend([rows.to_string(), passes.to_string(), stencil.to_string(), tiles.to_string()]);
+            cells.extend(more.cells());
+            cells.push(if scores.nll == best { "best".to_owned() } else { String::new() });
+            cells
+        }));
+        columns(&rows)
+    }
 }

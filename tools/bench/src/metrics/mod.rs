@@ -12,8 +12,11 @@
 //! # Ok::<(), bhm_bench::metrics::ScoreError>(())
 //! ```
 
+mod spread;
 #[cfg(test)]
 mod tests;
+
+pub use spread::Spread;
 
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +70,13 @@ pub enum ScoreError {
 }
 
 impl Scores {
+    /// AUC, NLL and ECE for a table, to five decimals.
+    #[must_use]
+    pub fn cells(&self) -> [String; 3] {
+        let auc = self.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}"));
+        [auc, format!("{:.5}", self.nll), format!("{:.5}", self.ece)]
+    }
+
     /// Scores `logits` against `labels` (`true` for occupied), in `O(N log N)`.
     ///
     /// # Errors

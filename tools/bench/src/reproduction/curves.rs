@@ -3,7 +3,7 @@
 use bhm_plot::chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series};
 
 use super::{COARSE, FINE, SMALL_DENSE, page::Page};
-use crate::contest::{Mark, Outcome};
+use crate::contest::{Checkpoint, Outcome};
 
 /// Who is drawn: a figure tells eight apart.
 const DRAWN: [&str; 8] = [
@@ -60,13 +60,16 @@ pub(super) fn scores(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
          that ends early was stopped by its deadline.\n",
     );
     for (dataset, group) in datasets(outcomes, "points") {
-        let of = |value: fn(&Mark) -> Option<f64>| {
+        let of = |value: fn(&Checkpoint) -> Option<f64>| {
             curves(&group, |outcome| {
-                let points = outcome.curve.iter().filter_map(|mark| Some(sample(mark.scans as f64, value(mark)?)));
+                let points = outcome
+                    .curve
+                    .iter()
+                    .filter_map(|checkpoint| Some(sample(checkpoint.scans as f64, value(checkpoint)?)));
                 points.collect()
             })
         };
-        let (auc, nll) = (of(|mark| mark.auc), of(|mark| Some(mark.nll.max(1e-4))));
+        let (auc, nll) = (of(|checkpoint| checkpoint.auc), of(|checkpoint| Some(checkpoint.nll.max(1e-4))));
         if auc.is_empty() || nll.is_empty() {
             continue;
         }

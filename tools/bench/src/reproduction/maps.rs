@@ -8,7 +8,7 @@ use super::{FINE, FRACTION, page::Page};
 use crate::{
     baselines::{Baseline, Failed},
     contest::{Contestant, Dataset, Loaded, load, setup},
-    evaluation::{Exam, Held},
+    evaluation::{Held, Task},
     progress,
 };
 
@@ -28,20 +28,20 @@ pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadlines_
          has one length scale for everything, and blurs walls that ours resolves.\n",
     );
     for (_, loaded) in load(datasets, &[seed])? {
-        let exam = loaded.exam(Held::Beams, FRACTION, seed)?;
+        let task = loaded.task(Held::Beams, FRACTION, seed)?;
         let deadline_s = deadlines_s[usize::from(loaded.world.is_none())];
         let number = loaded.dataset.name.split(' ').next().unwrap_or_default().to_owned();
         for name in DRAWN {
             let contestant: Contestant = name.parse()?;
             let title = format!("Dataset {}: {contestant}", loaded.dataset.name);
-            match learned(&contestant, &loaded, &exam, seed, deadline_s) {
+            match learned(&contestant, &loaded, &task, seed, deadline_s) {
                 Ok((mut baseline, scans)) => {
-                    let canvas = draw(&mut *baseline, &exam, &title)?;
+                    let canvas = draw(&mut *baseline, &task, &title)?;
                     page.canvas(&format!("fig7-{number}-{}.png", contestant.entry.name), &title, &canvas)?;
-                    if scans < exam.lessons.len() {
+                    if scans < task.training.len() {
                         page.text(&format!(
                             "`{contestant}` learned {scans} of {} scans in {deadline_s} s.\n",
-                            exam.lessons.len()
+                            task.training.len()
                         ));
                     }
                 }
@@ -56,25 +56,25 @@ pub(super) fn write(page: &mut Page, datasets: &[Dataset], seed: u64, deadlines_
 fn learned(
     contestant: &Contestant,
     loaded: &Loaded,
-    exam: &Exam,
+    task: &Task,
     seed: u64,
     deadline_s: f64,
 ) -> Result<(Box<dyn Baseline>, usize), Failed> {
-    let mut baseline = (contestant.entry.open)(&setup(contestant, loaded, exam, seed))?;
+    let mut baseline = (contestant.entry.open)(&setup(contestant, loaded, task, seed))?;
     let start = Instant::now();
     let mut scans = 0;
-    for lesson in progress::over(exam.lessons.iter(), format!("{contestant} for a picture")) {
+    for shown in progress::over(task.training.iter(), format!("{contestant} for a picture")) {
         if start.elapsed().as_secs_f64() > deadline_s {
             break;
         }
-        baseline.integrate(lesson)?;
+        baseline.integrate(shown)?;
         scans += 1;
     }
     Ok((baseline, scans))
 }
 
-fn draw(baseline: &mut dyn Baseline, exam: &Exam, title: &str) -> anyhow::Result<Canvas> {
-    let [min, max] = exam.area_m().unwrap_or_default();
+fn draw(baseline: &mut dyn Baseline, task: &Task, title: &str) -> anyhow::Result<Canvas> {
+    let [min, max] = task.area_m().unwrap_or_default();
     let side_m = [0, 1].map(|axis| max[axis] - min[axis]);
     let longer_m = side_m[0].max(side_m[1]);
     let step_m = longer_m / PLACES;

@@ -15,7 +15,7 @@ use tracing::info;
 
 use self::page::Page;
 use crate::{
-    contest::{Contest, Contestant, Dataset, Ending, Outcome, Results, RunOptions, hold, load, sittings},
+    contest::{Contest, Contestant, Dataset, Ending, Outcome, Results, RunOptions, hold, load, rounds},
     evaluation::Held,
     text::table,
 };
@@ -29,13 +29,13 @@ pub struct Reproduce {
     pub output: PathBuf,
     /// A small report for a first look: few scans, short deadlines.
     pub quick: bool,
-    /// Processor time that a contestant may learn in an exam, seconds; `None` for what is usual.
+    /// Processor time that a contestant may learn on a task, seconds; `None` for what is usual.
     pub deadline_s: Option<f64>,
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice.
     pub seed: u64,
-    /// Seeds over which those are repeated who finish an exam within a few seconds; `None` for what is usual.
+    /// Seeds over which those are repeated who finish a task within a few seconds; `None` for what is usual.
     pub seeds: Option<u64>,
-    /// How many exams are taken at once.
+    /// How many tasks run at once.
     pub jobs: usize,
     /// The program `bhm`, of which an update's instructions are counted; `None` leaves the count out.
     pub counted: Option<PathBuf>,
@@ -49,9 +49,9 @@ struct Extent {
     /// Every how many scans of a scene and of a log are used.
     every: [usize; 2],
     held: &'static [Held],
-    /// Who finishes an exam in less time is repeated under further seeds, seconds.
+    /// Who finishes a task in less time is repeated under further seeds, seconds.
     repeated_s: f64,
-    marks: usize,
+    checkpoints: usize,
     /// Sizes in each direction of the table of run times.
     scaling_steps: usize,
 }
@@ -62,7 +62,7 @@ const FULL: Extent = Extent {
     every: [5, 1],
     held: &[Held::Points, Held::Beams, Held::Scans],
     repeated_s: 4.0,
-    marks: 20,
+    checkpoints: 20,
     scaling_steps: 4,
 };
 
@@ -72,7 +72,7 @@ const QUICK: Extent = Extent {
     every: [25, 30],
     held: &[Held::Points, Held::Beams, Held::Scans],
     repeated_s: 0.0,
-    marks: 5,
+    checkpoints: 5,
     scaling_steps: 2,
 };
 
@@ -175,15 +175,13 @@ impl Reproduce {
                     contestants.iter().copied().filter(quick).collect()
                 };
                 info!("seed {seed}, {held:?} held out: {} contestants", entrants.len());
-                let (logs, scenes): (Vec<_>, Vec<_>) = sittings(&loaded, &[*held], FRACTION)?
-                    .into_iter()
-                    .partition(|sitting| sitting.loaded.world.is_none());
-                for (sittings, deadline_s) in [scenes, logs].into_iter().zip(extent.deadline_s) {
+                let (logs, scenes): (Vec<_>, Vec<_>) =
+                    rounds(&loaded, &[*held], FRACTION)?.into_iter().partition(|round| round.loaded.world.is_none());
+                for (rounds, deadline_s) in [scenes, logs].into_iter().zip(extent.deadline_s) {
                     let deadline_s = Some(self.deadline_s.unwrap_or(deadline_s));
-                    let options = RunOptions { deadline_s, marks: extent.marks };
+                    let options = RunOptions { deadline_s, checkpoints: extent.checkpoints };
                     let jobs = self.jobs;
-                    outcomes
-                        .extend(hold(&Contest { sittings, contestants: entrants.clone(), options, jobs }, results)?);
+                    outcomes.extend(hold(&Contest { rounds, contestants: entrants.clone(), options, jobs }, results)?);
                 }
             }
         }
@@ -204,7 +202,7 @@ impl Reproduced {
     }
 }
 
-/// Whether a contestant finished every exam so far within a few seconds.
+/// Whether a contestant finished every task so far within a few seconds.
 fn is_quick(outcomes: &[Outcome], who: &Contestant, within_s: f64) -> bool {
     let name = who.to_string();
     let spent_s = |outcome: &Outcome| outcome.update_ms.iter().map(|ms| f64::from(*ms)).sum::<f64>() / 1e3;

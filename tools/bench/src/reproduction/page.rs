@@ -35,7 +35,7 @@ impl Page {
         ));
         self.text(&format!(
             "One scan in {} of datasets 1 and 2 is used, which overlap much, and one in {} of dataset 3. A contestant may learn for \
-             {} s of processor time in an exam of datasets 1 and 2, {} s of dataset 3.\n",
+             {} s of processor time on a task of datasets 1 and 2, {} s of dataset 3.\n",
             every[0], every[1], deadlines_s[0], deadlines_s[1]
         ));
         if quick {

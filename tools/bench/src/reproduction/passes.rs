@@ -7,7 +7,7 @@ use bhm_core::{
 
 use super::{COARSE, Extent, FRACTION, Reproduce, page::Page};
 use crate::{
-    contest::{Contest, Contestant, Dataset, Results, RunOptions, hold, load, sittings},
+    contest::{Contest, Contestant, Dataset, Results, RunOptions, hold, load, rounds},
     evaluation::Held,
 };
 
@@ -32,9 +32,9 @@ pub(super) fn write(page: &mut Page, asked: &Reproduce, extent: &Extent, results
         };
         let loaded = load(&PASSES.map(variant), &[asked.seed])?;
         let contest = Contest {
-            sittings: sittings(&loaded, &[Held::Beams], FRACTION)?,
+            rounds: rounds(&loaded, &[Held::Beams], FRACTION)?,
             contestants: vec![COARSE.parse::<Contestant>()?],
-            options: RunOptions { deadline_s: None, marks: 0 },
+            options: RunOptions { deadline_s: None, checkpoints: 0 },
             jobs: asked.jobs,
         };
         for (outcome, passes) in hold(&contest, results)?.iter().zip(PASSES) {

@@ -18,7 +18,7 @@ use crate::{
     instructions::{self, PerTile},
 };
 
-/// The function whose calls are counted: one update, whoever takes the exam.
+/// The function whose calls are counted: one update, whoever the contestant.
 const UPDATE: &str = "bhm_bench::contest::run::measured_update";
 
 /// Scans that the figure averages.

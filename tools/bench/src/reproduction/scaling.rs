@@ -5,8 +5,8 @@ use bhm_host::ScanRecord;
 use super::{Extent, FRACTION, page::Page};
 use crate::{
     baselines::Size,
-    contest::{Contest, Contestant, Dataset, Loaded, Outcome, Results, RunOptions, Sitting, hold, load},
-    evaluation::{Exam, Held, Lesson},
+    contest::{Contest, Contestant, Dataset, Loaded, Outcome, Results, Round, RunOptions, hold, load},
+    evaluation::{Held, Task, TrainingScan},
 };
 
 /// Scans of the building: few, since only the time of an update is wanted, and spread over the whole of it.
@@ -87,8 +87,8 @@ fn in_m(
     seed: u64,
     results: &mut Results,
 ) -> anyhow::Result<Vec<Point>> {
-    let exam = loaded.exam(Held::Beams, FRACTION, seed)?;
-    let [min, max] = exam.area_m().unwrap_or_default();
+    let task = loaded.task(Held::Beams, FRACTION, seed)?;
+    let [min, max] = task.area_m().unwrap_or_default();
     let area_m2 = f64::from(max[0] - min[0]) * f64::from(max[1] - min[1]);
     let contestants: Vec<Contestant> = (0..extent.scaling_steps).rev().map(|times| coarsened(finest, times)).collect();
     let size = |contestant: &Contestant| match contestant.entry.size {
@@ -96,8 +96,8 @@ fn in_m(
         Size::Count(..) => f64::from(contestant.size),
     };
     let sizes: Vec<f64> = contestants.iter().map(size).collect();
-    let sitting = Sitting::new(loaded, "beams, for Table 1".to_owned(), seed, exam);
-    let outcomes = taken(vec![sitting], contestants, results)?;
+    let round = Round::new(loaded, "beams, for Table 1".to_owned(), seed, task);
+    let outcomes = taken(vec![round], contestants, results)?;
     Ok(points(sizes, &outcomes))
 }
 
@@ -108,38 +108,34 @@ fn in_n(
     seed: u64,
     results: &mut Results,
 ) -> anyhow::Result<Vec<Point>> {
-    let exam = loaded.exam(Held::Beams, FRACTION, seed)?;
+    let task = loaded.task(Held::Beams, FRACTION, seed)?;
     let mut points_of_a_scan = Vec::new();
-    let mut sittings = Vec::new();
+    let mut rounds = Vec::new();
     for times in (0..extent.scaling_steps).rev() {
-        let thinned = thinned(&exam, 1 << times, loaded, seed);
-        let count: usize = thinned.lessons.iter().map(|lesson| lesson.points().len()).sum();
-        points_of_a_scan.push(count as f64 / thinned.lessons.len().max(1) as f64);
-        sittings.push(Sitting::new(loaded, format!("beams, every {}., for Table 1", 1 << times), seed, thinned));
+        let thinned = thinned(&task, 1 << times, loaded, seed);
+        let count: usize = thinned.training.iter().map(|shown| shown.points().len()).sum();
+        points_of_a_scan.push(count as f64 / thinned.training.len().max(1) as f64);
+        rounds.push(Round::new(loaded, format!("beams, every {}., for Table 1", 1 << times), seed, thinned));
     }
-    let outcomes = taken(sittings, vec![*contestant], results)?;
+    let outcomes = taken(rounds, vec![*contestant], results)?;
     Ok(points(points_of_a_scan, &outcomes))
 }
 
-/// An exam with every n-th beam of its lessons.
-fn thinned(exam: &Exam, every: usize, loaded: &Loaded, seed: u64) -> Exam {
-    let thin = |lesson: &Lesson| {
-        let record = lesson.beams()?;
+/// The task with every n-th training beam.
+fn thinned(task: &Task, every: usize, loaded: &Loaded, seed: u64) -> Task {
+    let thin = |shown: &TrainingScan| {
+        let record = shown.beams()?;
         let kept = |(beam, range_m): (usize, &f32)| if beam % every == 0 { *range_m } else { f32::NAN };
         let ranges_m = record.ranges_m.iter().enumerate().map(kept).collect();
-        Some(Lesson::of_beams(lesson.scan, ScanRecord { ranges_m, ..record.clone() }, &loaded.sampling(seed)))
+        Some(TrainingScan::of_beams(shown.scan, ScanRecord { ranges_m, ..record.clone() }, &loaded.sampling(seed)))
     };
-    Exam { lessons: exam.lessons.iter().filter_map(thin).collect(), ..exam.clone() }
+    Task { training: task.training.iter().filter_map(thin).collect(), ..task.clone() }
 }
 
 /// One after the other: two at once would share caches that the sizes are to fill.
-fn taken(
-    sittings: Vec<Sitting<'_>>,
-    contestants: Vec<Contestant>,
-    results: &mut Results,
-) -> anyhow::Result<Vec<Outcome>> {
-    let options = RunOptions { deadline_s: Some(DEADLINE_S), marks: 0 };
-    Ok(hold(&Contest { sittings, contestants, options, jobs: 1 }, results)?)
+fn taken(rounds: Vec<Round<'_>>, contestants: Vec<Contestant>, results: &mut Results) -> anyhow::Result<Vec<Outcome>> {
+    let options = RunOptions { deadline_s: Some(DEADLINE_S), checkpoints: 0 };
+    Ok(hold(&Contest { rounds, contestants, options, jobs: 1 }, results)?)
 }
 
 /// Sizes with the median times of those that learned anything.

@@ -1,7 +1,10 @@
 //! Table 2, and the same for every system, dataset and protocol.
 
 use super::{COARSE, FINE, page::Page};
-use crate::contest::{self, Contestant, Outcome, Spread, Standing, Standings, standings};
+use crate::{
+    contest::{self, Contestant, Outcome, Standing, Standings, standings},
+    metrics::Spread,
+};
 
 /// What the paper's Table 2 says: mean and twice the standard deviation of AUC and NLL.
 struct Published {

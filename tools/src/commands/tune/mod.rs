@@ -1,6 +1,6 @@
+mod axes;
 mod trial;
 mod tuned;
-mod where_to_look;
 
 use std::{fs, num::NonZeroUsize, path::Path, path::PathBuf};
 
@@ -15,9 +15,9 @@ use serde::Serialize;
 use tracing::info;
 
 use self::{
-    trial::{Exam, Trial},
+    axes::{Search, SearchAxes},
+    trial::Trial,
     tuned::{Tested, Tuned},
-    where_to_look::{Search, WhereToLook},
 };
 use crate::{
     options::{Effective, MapOptions},
@@ -76,7 +76,7 @@ pub(crate) struct Tune {
     #[arg(long, default_value_t = 1.5, value_parser = positive, value_name = "X")]
     max_cost: f64,
     #[command(flatten)]
-    look: WhereToLook,
+    axes: SearchAxes,
     #[command(flatten)]
     map: MapOptions,
 }
@@ -98,7 +98,7 @@ impl Tune {
             return Err(Usage("a log and a configuration file to write are needed".to_owned()).into());
         };
         start.open()?;
-        let (numbers, axes) = self.look.axes(&start, self.by)?;
+        let (numbers, axes) = self.axes.of(&start, self.by)?;
         let method = self.method(grid_len(&axes))?;
         // Now, and not after minutes of work.
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -109,18 +109,17 @@ impl Tune {
         let mut scans: Vec<_> = log.scans.into_iter().step_by(self.every.get()).collect();
         start.prepare(&mut scans);
         let parts = three_parts(&scans, self.fraction, self.seed);
-        let [validation, test, of] = parts.beams;
+        let [validation, test, of] = parts.beams();
         info!("{} scans; of {of} beams with a return, {validation} to choose by and {test} to test with", scans.len());
         anyhow::ensure!(validation > 0 && test > 0, "a part of the log has no beam; take a greater --fraction");
 
-        let exam = Exam { scans: &parts.training, beams_removed: validation + test, points: &parts.validation };
         let named = |values: &[f32]| numbers.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
         let found = search(&axes, method, self.max_cost, |place, values| {
             let said: Vec<_> =
                 named(values).iter().map(|(number, value)| format!("{} {value}", number.name())).collect();
             let name = format!("candidate {}: {}", place + 1, said.join(", "));
             info!("{name}");
-            Trial::run(start.with(&named(values)), self.by, exam, name)
+            Trial::run(start.with(&named(values)), self.by, &parts.validation, name)
         });
         let Some(best) = found.best else { return Err(self.nothing_found(&found)) };
         let winner = start.with(&named(&found.tried[best].values)).map_err(Usage)?;
@@ -156,8 +155,7 @@ impl Tune {
 fn test_part(options: &Effective, parts: &Parts, name: &str) -> anyhow::Result<Trial> {
     let said = format!("testing the {name}");
     info!("{said}");
-    let exam = Exam { scans: &parts.training_and_validation, beams_removed: parts.beams[1], points: &parts.test };
-    let trial = Trial::run(Ok(options.clone()), By::Nll, exam, said);
+    let trial = Trial::run(Ok(options.clone()), By::Nll, &parts.test, said);
     match trial.scored() {
         Some(scored) => scored.learned.warn(&options.profile),
         None => anyhow::ensure!(name == "start", "the {name} cannot be tested: {}", tuned::remark(&trial)),

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use bhm_bench::{
-    evaluation::{TestPoints, Timing},
+    evaluation::{BeamSplit, Timing},
     metrics::Scores,
     search::{Judged, Worth},
 };
-use bhm_core::{geometry::Point, mapper::IntegrateReport, profile::Profile};
-use bhm_host::{ScanRecord, map};
+use bhm_core::{mapper::IntegrateReport, profile::Profile};
+use bhm_host::map;
 use serde::Serialize;
 
 use super::By;
@@ -19,19 +19,10 @@ use crate::{options::Effective, progress, reports::Learned};
 const TILE_PASS: f64 = 355e3;
 const ROW_PASS: f64 = 3.9e3;
 
-/// What a candidate learns, and what it is asked.
-#[derive(Clone, Copy)]
-pub(super) struct Exam<'a> {
-    pub(super) scans: &'a [ScanRecord],
-    /// Beams of these scans that were replaced by NaN.
-    pub(super) beams_removed: usize,
-    pub(super) points: &'a TestPoints,
-}
-
 /// What came of a candidate.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Outcome {
+pub(super) enum TrialResult {
     /// No map can be made like this.
     Refused(String),
     /// A map was made, but it cannot be judged.
@@ -59,9 +50,9 @@ pub(super) struct Scored {
     pub(super) learned: Learned,
 }
 
-/// A candidate's outcome and what it is worth.
+/// What came of a candidate, and by what it is judged.
 pub(super) struct Trial {
-    pub(super) outcome: Outcome,
+    pub(super) result: TrialResult,
     by: By,
 }
 
@@ -77,24 +68,24 @@ impl Judged for Trial {
 }
 
 impl Trial {
-    /// Takes the exam with these options, or says why that cannot be.
-    pub(super) fn run(options: Result<Effective, String>, by: By, exam: Exam<'_>, name: String) -> Self {
-        Self { outcome: options.map_or_else(Outcome::Refused, |options| learn(&options, exam, name)), by }
+    /// Learns and answers with these options, or says why that cannot be.
+    pub(super) fn run(options: Result<Effective, String>, by: By, split: &BeamSplit, name: String) -> Self {
+        Self { result: options.map_or_else(TrialResult::Refused, |options| learn(&options, split, name)), by }
     }
 
     pub(super) fn scored(&self) -> Option<&Scored> {
-        match &self.outcome {
-            Outcome::Scored(scored) => Some(scored),
-            Outcome::Refused(_) | Outcome::Failed(_) => None,
+        match &self.result {
+            TrialResult::Scored(scored) => Some(scored),
+            TrialResult::Refused(_) | TrialResult::Failed(_) => None,
         }
     }
 }
 
-fn learn(options: &Effective, exam: Exam<'_>, name: String) -> Outcome {
-    let Exam { scans, beams_removed, points } = exam;
+fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
+    let BeamSplit { training: scans, test: points, held: beams_removed, .. } = split;
     let (mut map, shape) = match options.open().and_then(|map| Ok((map, map::shape(&options.profile)?))) {
         Ok(opened) => opened,
-        Err(error) => return Outcome::Refused(error.to_string()),
+        Err(error) => return TrialResult::Refused(error.to_string()),
     };
     let (mut learned, mut durations) = (Learned::default(), Vec::with_capacity(scans.len()));
     let (mut objective, mut rows, mut work) = (0.0, 0, 0.0);
@@ -110,23 +101,21 @@ fn learn(options: &Effective, exam: Exam<'_>, name: String) -> Outcome {
         learned.add(outcome);
     }
     // They were NaN to the map, but they are not the log's fault.
-    learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(beams_removed as u64);
+    learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(*beams_removed as u64);
     // The rows of an update that failed have no objective, and what it would have learned is missing.
     if learned.tiles_failed > 0 {
-        return Outcome::Failed(format!("{} updates of a tile failed", learned.tiles_failed));
+        return TrialResult::Failed(format!("{} updates of a tile failed", learned.tiles_failed));
     }
     if rows == 0 {
-        return Outcome::Failed("nothing could be learned".to_owned());
+        return TrialResult::Failed("nothing could be learned".to_owned());
     }
-    let logits: Vec<f32> =
-        points.points_m.iter().map(|point_m| map.occupancy(&Point::from(*point_m)).logit()).collect();
-    let scores = match Scores::of(&logits, &points.occupied) {
+    let scores = match points.score(|point_m| map.occupancy(point_m)) {
         Ok(scores) => scores,
-        Err(error) => return Outcome::Failed(error.to_string()),
+        Err(error) => return TrialResult::Failed(error.to_string()),
     };
     let (resident, archived) = map.tile_counts();
     let tiles = resident + archived;
-    Outcome::Scored(Box::new(Scored {
+    TrialResult::Scored(Box::new(Scored {
         scores,
         objective_per_row: objective / rows as f64,
         rows,

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::{
     By, Tune,
-    trial::{Outcome, Scored, Trial},
+    trial::{Scored, Trial, TrialResult},
 };
 use crate::{
     options::Number,
@@ -51,8 +51,8 @@ pub(super) struct Summary<'a> {
     candidates: Vec<Candidate<'a>>,
     /// Position of the winner; the start is candidate 0.
     best: usize,
-    test_start: &'a Outcome,
-    test_best: &'a Outcome,
+    test_start: &'a TrialResult,
+    test_best: &'a TrialResult,
 }
 
 #[derive(Serialize)]
@@ -61,15 +61,15 @@ struct Candidate<'a> {
     /// Work, as a multiple of the start's.
     cost: Option<f64>,
     #[serde(flatten)]
-    outcome: &'a Outcome,
+    result: &'a TrialResult,
 }
 
 /// What a candidate comes to, in words.
 pub(super) fn remark(trial: &Trial) -> String {
-    match &trial.outcome {
-        Outcome::Refused(reason) => format!("refused: {reason}"),
-        Outcome::Failed(reason) => format!("failed: {reason}"),
-        Outcome::Scored(scored) => format!("NLL {:.5}", scored.scores.nll),
+    match &trial.result {
+        TrialResult::Refused(reason) => format!("refused: {reason}"),
+        TrialResult::Failed(reason) => format!("failed: {reason}"),
+        TrialResult::Scored(scored) => format!("NLL {:.5}", scored.scores.nll),
     }
 }
 
@@ -91,9 +91,9 @@ impl Tuned<'_> {
             fraction: self.request.fraction,
             by: self.request.by,
             max_cost: self.request.max_cost,
-            beams: self.parts.beams[2],
-            beams_validation: self.parts.beams[0],
-            beams_test: self.parts.beams[1],
+            beams: self.parts.beams()[2],
+            beams_validation: self.parts.beams()[0],
+            beams_test: self.parts.beams()[1],
             candidates: self
                 .found
                 .tried
@@ -101,19 +101,19 @@ impl Tuned<'_> {
                 .map(|tried| Candidate {
                     values: candidate(tried),
                     cost: tried.result.scored().and_then(|scored| self.cost(scored)),
-                    outcome: &tried.result.outcome,
+                    result: &tried.result.result,
                 })
                 .collect(),
             best: self.best,
-            test_start: &self.test.start.outcome,
-            test_best: &self.tested_best().outcome,
+            test_start: &self.test.start.result,
+            test_best: &self.tested_best().result,
         }
     }
 
     /// Comments for the file that is written: what was done, and what came of it.
     pub(super) fn header(&self) -> String {
         let Tune { every, fraction, seed, max_cost, .. } = self.request;
-        let [validation, test, of] = self.parts.beams;
+        let [validation, test, of] = self.parts.beams();
         let [start, best] = [0, self.best].map(|place| &self.found.tried[place].result);
         let names: Vec<_> = self.numbers.iter().map(|number| number.name()).collect();
         let lines = [
@@ -132,7 +132,7 @@ impl Tuned<'_> {
     }
 
     pub(super) fn text(&self) -> String {
-        let [validation, test, of] = self.parts.beams;
+        let [validation, test, of] = self.parts.beams();
         let mut text = columns(&self.candidates());
         text += &format!(
             "\nBy {}: {validation} of {of} beams with a return for validation, {test} for the test, on which, learned \
@@ -164,17 +164,17 @@ impl Tuned<'_> {
         let scores = ["NLL", "AUC", "ECE", "objective/row", "ms/scan", "cost", "tiles", "memory", ""];
         let mut rows = vec![std::iter::once("").chain(names).chain(scores).map(str::to_owned).collect::<Vec<_>>()];
         for (place, tried) in self.found.tried.iter().enumerate() {
-            let mark = match (place == self.best, place) {
+            let place_name = match (place == self.best, place) {
                 (true, 0) => "start, best",
                 (true, _) => "best",
                 (false, 0) => "start",
                 (false, _) => "",
             };
-            let mut row = vec![mark.to_owned()];
+            let mut row = vec![place_name.to_owned()];
             row.extend(tried.values.iter().map(f32::to_string));
-            match &tried.result.outcome {
-                Outcome::Scored(scored) => row.extend(self.cells(scored)),
-                Outcome::Refused(_) | Outcome::Failed(_) => row.push(remark(&tried.result)),
+            match &tried.result.result {
+                TrialResult::Scored(scored) => row.extend(self.cells(scored)),
+                TrialResult::Refused(_) | TrialResult::Failed(_) => row.push(remark(&tried.result)),
             }
             rows.push(row);
         }

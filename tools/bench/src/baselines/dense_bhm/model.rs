@@ -6,7 +6,7 @@ use super::super::{
     logistic::moderated,
 };
 use super::lattice::{Lattice, Row};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 const PRIOR_VARIANCE: f64 = 1e4;
 /// Passes of expectation–maximisation over each scan: "1–2 iterations".
@@ -97,8 +97,8 @@ impl Baseline for DenseBhm {
         format!("{spacing_m:.3} m spacing{widened}, {columns} x {rows} supports, {PASSES} passes")
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        let rows: Vec<_> = lesson.points().map(|(point_m, occupied)| (self.lattice.row(point_m), occupied)).collect();
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        let rows: Vec<_> = shown.points().map(|(point_m, occupied)| (self.lattice.row(point_m), occupied)).collect();
         let rows: Vec<_> = rows.into_iter().filter(|(row, _)| !row.is_empty()).collect();
         if rows.is_empty() {
             return Ok(());

@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{super::Setup, lattice::Lattice, model::open};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 fn setup(extent_m: [f32; 2], size: f32) -> Setup {
     let area_m = [[-1.0, 2.0], [-1.0 + extent_m[0], 2.0 + extent_m[1]]];
@@ -43,7 +43,7 @@ fn scans_are_learned_as_the_reference_learns_them() {
             |(at_m, occupied): (&[f32; 2], &bool)| Observation { phi: features(&lattice, *at_m), occupied: *occupied };
         let observations: Vec<_> = points_m.iter().zip(&occupied).map(observe).collect();
         reference.update(&observations, &Rule::JaakkolaJordan { start: XiStart::Constant(1.0) }, 2).unwrap();
-        baseline.integrate(&Lesson::of_points(LabelledPoints { scan, points_m, occupied }, None)).unwrap();
+        baseline.integrate(&TrainingScan::of_points(LabelledPoints { scan, points_m, occupied }, None)).unwrap();
     }
     let asked_m: Vec<_> = (0..50).map(|_| place()).collect();
     for (at_m, found) in asked_m.iter().zip(baseline.predict(&asked_m)) {

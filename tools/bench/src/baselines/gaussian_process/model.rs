@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::{Baseline, Failed, Prediction, Setup, kernel::SquaredExponential, logistic::moderated};
 use super::region::Region;
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 /// Side of a region, metres, unless that would make too many of them.
 const SIDE_M: f64 = 1.2;
@@ -72,8 +72,8 @@ impl Baseline for GaussianProcess {
         )
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        for (point_m, occupied) in lesson.points().filter(|(point_m, _)| point_m.iter().all(|x| x.is_finite())) {
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        for (point_m, occupied) in shown.points().filter(|(point_m, _)| point_m.iter().all(|x| x.is_finite())) {
             let point_m = point_m.map(f64::from);
             let [columns, rows] = point_m.map(|x| self.square(x - self.margin_m)..=self.square(x + self.margin_m));
             for row in rows {

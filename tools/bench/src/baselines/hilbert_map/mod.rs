@@ -23,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 #[cfg(not(feature = "dense"))]
 use super::needs_dense;
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size};
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 pub(super) const ENTRIES: &[Entry] = &[
     Entry {
@@ -275,11 +275,11 @@ impl<F: Features> Baseline for HilbertMap<F> {
         format!("{}, {counts}", self.features.description())
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
         self.points_m.clear();
         self.labels.clear();
-        self.points_m.extend(lesson.points().map(|(point_m, _)| point_m));
-        self.labels.extend(lesson.points().map(|(_, occupied)| occupied));
+        self.points_m.extend(shown.points().map(|(point_m, _)| point_m));
+        self.labels.extend(shown.points().map(|(_, occupied)| occupied));
         self.rows.clear();
         self.features.append(&self.points_m, &mut self.rows);
         self.order.clear();

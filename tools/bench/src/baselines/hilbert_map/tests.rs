@@ -137,7 +137,7 @@ fn a_wall_is_learned_the_same_twice() {
         }
         of_points(number, &points, None)
     };
-    let lessons: Vec<Lesson> = (0..20).map(&mut scan).collect();
+    let training: Vec<TrainingScan> = (0..20).map(&mut scan).collect();
     for entry in ENTRIES {
         let size = match entry.size {
             Size::Metres(spacing_m) => spacing_m,
@@ -150,7 +150,7 @@ fn a_wall_is_learned_the_same_twice() {
         }
         let learn = || {
             let mut map = (entry.open)(&setup).unwrap();
-            lessons.iter().for_each(|lesson| map.integrate(lesson).unwrap());
+            training.iter().for_each(|shown| map.integrate(shown).unwrap());
             map.integrate(&of_points(99, &[([1e30, -1e30], true)], None)).unwrap();
             map.integrate(&of_points(100, &[], None)).unwrap();
             map

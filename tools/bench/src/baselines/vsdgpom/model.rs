@@ -7,7 +7,7 @@ use super::{
     inducing::{NEAREST, clusters_of, discover, is_new_ground},
     posterior::{Moments, Posterior, Weighted},
 };
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 /// Greatest size: the matrices of so many are half a gigabyte each.
 const MOST_INDUCING: f32 = 8_192.0;
@@ -143,8 +143,8 @@ impl Baseline for Vsdgpom {
         )
     }
 
-    fn integrate(&mut self, lesson: &Lesson) -> Result<(), Failed> {
-        let points: Vec<_> = lesson.points().filter(|(at_m, _)| at_m.iter().all(|x| x.is_finite())).collect();
+    fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
+        let points: Vec<_> = shown.points().filter(|(at_m, _)| at_m.iter().all(|x| x.is_finite())).collect();
         points.chunks(MOST_AT_ONCE).try_for_each(|points| self.learn(points))
     }
 

@@ -13,7 +13,7 @@ use super::{
     posterior::{Posterior, Weighted},
 };
 
-use crate::evaluation::Lesson;
+use crate::evaluation::TrainingScan;
 
 const KERNEL: SquaredExponential = SquaredExponential { variance: 6.0, length_m: 0.8 };
 
@@ -173,7 +173,7 @@ fn what_has_no_room_left_is_clustered_anew_and_not_forgotten() {
             if i.is_multiple_of(2) { ([x, 2.5], true) } else { ([x, -2.5 + 3.0 * rng.random::<f32>()], false) }
         };
         let (points_m, occupied) = (0..100).map(&mut point).unzip();
-        baseline.integrate(&Lesson::of_points(LabelledPoints { scan, points_m, occupied }, None)).unwrap();
+        baseline.integrate(&TrainingScan::of_points(LabelledPoints { scan, points_m, occupied }, None)).unwrap();
         if scan == 9 {
             before = baseline.memory_bytes();
         }

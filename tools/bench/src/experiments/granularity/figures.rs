@@ -5,10 +5,8 @@ use bhm_plot::{
     folder::PictureFolder,
 };
 
-use super::{
-    Dataset, WAYS, Way,
-    result::{Row, Spread},
-};
+use super::{Dataset, NODE_SUPPORTS, NodeSupport, result::Row};
+use crate::metrics::Spread;
 
 const BARS: &str = "mean ± 2 sigma over seeds";
 
@@ -23,21 +21,21 @@ pub(super) fn draw(data: &Dataset, rows: &[Row], pictures: &mut PictureFolder<'_
 
     let spacing = Axis { label: "distance between supports [m]", scale: Scale::Linear };
     let title = format!("{scene}: what stands at the nodes, G = {shape_m2} m²");
-    let lines: Vec<Line> = WAYS.iter().map(|way| against_spacing(rows, *way)).collect();
+    let lines: Vec<Line> = NODE_SUPPORTS.iter().map(|support| against_spacing(rows, *support)).collect();
     write(pictures, &format!("granularity-{scene}.png"), &title, spacing, &lines)
 }
 
 /// What a row adds to a line at `x`.
 fn add(line: &mut Line, x: f64, row: &Row) {
-    let sample = |spread: Spread| Sample { x, y: spread.mean, error: spread.two_sigma };
+    let sample = |spread: Spread| Sample { x, y: spread.mean, error: (spread.count > 1).then_some(spread.two_sigma) };
     for (points, spread) in line.1.iter_mut().zip([row.auc, row.nll]) {
         points.extend(spread.map(sample));
     }
 }
 
-fn against_spacing(rows: &[Row], way: Way) -> Line {
-    let mut line = (way.name(), Default::default());
-    for row in rows.iter().filter(|row| row.way == way) {
+fn against_spacing(rows: &[Row], support: NodeSupport) -> Line {
+    let mut line = (support.name(), Default::default());
+    for row in rows.iter().filter(|row| row.support == support) {
         add(&mut line, f64::from(row.spacing_m), row);
     }
     line
@@ -48,15 +46,15 @@ fn against_samples(rows: &[Row], spacing_m: f32) -> [Line; 2] {
     let mut lines = ["sampled", "closed form"].map(|name| (name.to_owned(), Default::default()));
     let here = || rows.iter().filter(|row| row.spacing_m == spacing_m);
     let mut sampled: Vec<(u32, &Row)> = here()
-        .filter_map(|row| match row.way {
-            Way::Sampled(a_side) => Some((a_side * a_side, row)),
+        .filter_map(|row| match row.support {
+            NodeSupport::Sampled(a_side) => Some((a_side * a_side, row)),
             _ => None,
         })
         .collect();
     sampled.sort_by_key(|(count, _)| *count);
     for (count, row) in sampled {
         add(&mut lines[0], f64::from(count), row);
-        for exact in here().filter(|row| row.way == Way::Exact) {
+        for exact in here().filter(|row| row.support == NodeSupport::Exact) {
             add(&mut lines[1], f64::from(count), exact);
         }
     }

@@ -15,9 +15,10 @@ use bhm_core::{
 use bhm_host::{ScanRecord, sim::Scene};
 use bhm_plot::{folder::PictureFolder, picture::Bounds};
 
-pub use self::result::Outcome;
-use self::{node_support::Way, result::Row};
-use super::trial::Exam;
+pub use self::result::Compared;
+use self::{node_support::NodeSupport, result::Row};
+use super::split;
+use crate::evaluation::BeamSplit;
 
 /// What is compared, and how often.
 #[derive(Clone, Debug)]
@@ -72,19 +73,25 @@ const SAMPLES: [u32; 6] = [1, 2, 3, 4, 6, 8];
 const QUICK_SAMPLES: [u32; 2] = [1, 4];
 
 /// What is compared on every lattice. A deviation of 0.29 spacings is that of the rectangle: 1/√12.
-const WAYS: [Way; 6] =
-    [Way::Points, Way::Sampled(4), Way::Exact, Way::Isotropic(0.29), Way::Isotropic(0.5), Way::Learned];
+const NODE_SUPPORTS: [NodeSupport; 6] = [
+    NodeSupport::Points,
+    NodeSupport::Sampled(4),
+    NodeSupport::Exact,
+    NodeSupport::Isotropic(0.29),
+    NodeSupport::Isotropic(0.5),
+    NodeSupport::Learned,
+];
 
 /// What a first look leaves of the scans and the seeds.
 const QUICK_EVERY: u32 = 4;
 const QUICK_SEEDS: u32 = 2;
 
 impl Granularity {
-    /// Learns and asks everything, and draws it; what was written is in the second part.
+    /// Learns and asks everything, and draws it.
     ///
     /// # Errors
     /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self) -> anyhow::Result<(Outcome, Vec<PathBuf>)> {
+    pub fn compare(&self) -> anyhow::Result<Compared> {
         let data = DATASETS.iter().find(|data| data.scene == self.scene).unwrap_or(&DATASETS[0]);
         let scene = Scene::named(data.scene)?;
         let base = self.base();
@@ -94,20 +101,23 @@ impl Granularity {
         let quick_every = if self.quick { QUICK_EVERY } else { 1 };
         let every = self.every.unwrap_or(data.every * quick_every) as usize;
         let seeds = if self.quick { self.seeds.min(QUICK_SEEDS) } else { self.seeds };
-        let exam = |seed: u64| {
+        let split_of = |seed: u64| {
             let scans: Vec<ScanRecord> = scene.simulate(seed).step_by(every).collect();
-            Exam::of(&scans, 0.1, seed).map(|exam| (seed, exam))
+            split(&scans, seed).map(|split| (seed, split))
         };
-        let exams: Vec<(u64, Exam)> = (1..=u64::from(seeds)).map(exam).collect::<Result<_, _>>()?;
+        let splits: Vec<(u64, BeamSplit)> = (1..=u64::from(seeds)).map(split_of).collect::<Result<_, _>>()?;
 
         let mut rows: Vec<Row> = Vec::new();
-        for (spacing_m, way) in self.combinations(data) {
-            let settings =
-                Settings { spacing_m, kernel_shape: data.shape_m2 / (spacing_m * spacing_m), ..way.settings(&base) };
-            let (row, map) = result::row(&exams, way, settings)?;
-            let name = match way {
-                Way::Points => "points",
-                Way::Exact => "rectangles",
+        for (spacing_m, support) in self.combinations(data) {
+            let settings = Settings {
+                spacing_m,
+                kernel_shape: data.shape_m2 / (spacing_m * spacing_m),
+                ..support.settings(&base)
+            };
+            let (row, map) = result::row(&splits, support, settings)?;
+            let name = match support {
+                NodeSupport::Points => "points",
+                NodeSupport::Exact => "rectangles",
                 _ => "",
             };
             if let Some(map) = map.filter(|_| self.maps && spacing_m == data.coarse_m && !name.is_empty()) {
@@ -119,10 +129,11 @@ impl Granularity {
             }
             rows.push(row);
         }
-        let outcome = Outcome::new(data, rows);
-        figures::draw(data, &outcome.rows, &mut pictures)?;
-        pictures.text(&format!("granularity-{}.csv", data.scene), &outcome.csv())?;
-        Ok((outcome, pictures.files))
+        let mut compared = Compared::new(data, rows);
+        figures::draw(data, &compared.rows, &mut pictures)?;
+        pictures.text(&format!("granularity-{}.csv", data.scene), &compared.csv())?;
+        compared.pictures = pictures.files;
+        Ok(compared)
     }
 
     /// What is the same for everybody.
@@ -140,14 +151,14 @@ impl Granularity {
         }
     }
 
-    /// Every lattice and way that some picture shows, once.
-    fn combinations(&self, data: &Dataset) -> Vec<(f32, Way)> {
+    /// Every lattice and kind of support that some picture shows, once.
+    fn combinations(&self, data: &Dataset) -> Vec<(f32, NodeSupport)> {
         let (spacings_m, samples) =
             if self.quick { (&QUICK_SPACINGS_M[..], &QUICK_SAMPLES[..]) } else { (&SPACINGS_M[..], &SAMPLES[..]) };
-        let on_every = spacings_m.iter().flat_map(|spacing_m| WAYS.map(|way| (*spacing_m, way)));
-        let counted = samples.iter().map(|count| Way::Sampled(*count)).chain([Way::Exact]);
-        let mut combinations: Vec<(f32, Way)> = Vec::new();
-        for combination in on_every.chain(counted.map(|way| (data.coarse_m, way))) {
+        let on_every = spacings_m.iter().flat_map(|spacing_m| NODE_SUPPORTS.map(|support| (*spacing_m, support)));
+        let counted = samples.iter().map(|count| NodeSupport::Sampled(*count)).chain([NodeSupport::Exact]);
+        let mut combinations: Vec<(f32, NodeSupport)> = Vec::new();
+        for combination in on_every.chain(counted.map(|support| (data.coarse_m, support))) {
             if !combinations.contains(&combination) {
                 combinations.push(combination);
             }

@@ -3,11 +3,11 @@
 use bhm_core::{kernel::Averaging, settings::Settings, support::SupportChoice};
 use bhm_host::supports::{LearnedSupports, RelevanceOptions, learn_relevance};
 
-use super::super::trial::Exam;
+use crate::evaluation::BeamSplit;
 
 /// What stands at every node. Sizes are in spacings; a rectangle's side is one, so that rectangles tessellate the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
+pub(super) enum NodeSupport {
     Points,
     /// Rectangles that so many samples a side stand for.
     Sampled(u32),
@@ -19,7 +19,7 @@ pub(super) enum Way {
     Learned,
 }
 
-impl Way {
+impl NodeSupport {
     pub(super) fn name(self) -> String {
         match self {
             Self::Points => "points".to_owned(),
@@ -42,11 +42,15 @@ impl Way {
     }
 
     /// What has to be learned first.
-    pub(super) fn learned(self, exam: &Exam, settings: &Settings) -> anyhow::Result<Option<&'static LearnedSupports>> {
+    pub(super) fn learned(
+        self,
+        split: &BeamSplit,
+        settings: &Settings,
+    ) -> anyhow::Result<Option<&'static LearnedSupports>> {
         if self != Self::Learned {
             return Ok(None);
         }
-        let learned = learn_relevance(|| &exam.scans, settings, &RelevanceOptions::DEFAULT, String::new())?;
+        let learned = learn_relevance(|| &split.training, settings, &RelevanceOptions::DEFAULT, String::new())?;
         Ok(Some(learned.supports.interned()))
     }
 }

@@ -1,5 +1,7 @@
 //! What came out of it: means over the seeds, and who is ahead.
 
+use std::path::PathBuf;
+
 use bhm_core::{
     settings::{Settings, SettingsError},
     support::SupportTable,
@@ -8,47 +10,29 @@ use bhm_host::{map::AnyMap, supports::LearnedSupports};
 use serde::Serialize;
 
 use super::{
-    super::trial::{Exam, Marks, take},
-    Dataset, Way,
+    super::{Trial, Variant},
+    Dataset, NodeSupport,
 };
-use crate::text::columns;
-
-/// A mean, and how far the seeds lie around it.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Spread {
-    pub(super) mean: f64,
-    /// Two sample standard deviations; `None` of a single value.
-    pub(super) two_sigma: Option<f64>,
-}
-
-impl Spread {
-    fn of(values: &[f64]) -> Self {
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        Self { mean, two_sigma: (values.len() > 1).then(|| 2.0 * (squares / (count - 1.0)).sqrt()) }
-    }
-
-    fn text(self, signed: bool) -> String {
-        let mean = if signed { format!("{:+.4}", self.mean) } else { format!("{:.4}", self.mean) };
-        self.two_sigma.map_or(mean.clone(), |two_sigma| format!("{mean} ± {two_sigma:.4}"))
-    }
-}
+use crate::{
+    evaluation::BeamSplit,
+    metrics::Spread,
+    text::{Report, columns},
+};
 
 /// One seed's run.
 #[derive(Serialize)]
 pub(super) struct Run {
     seed: u64,
     #[serde(flatten)]
-    marks: Marks,
+    trial: Trial,
 }
 
-/// One way on one lattice.
+/// One kind of support on one lattice.
 #[derive(Serialize)]
 pub(super) struct Row {
     pub(super) spacing_m: f32,
     #[serde(skip)]
-    pub(super) way: Way,
+    pub(super) support: NodeSupport,
     pub(super) supports: String,
     /// `None` where the combination was left out.
     pub(super) auc: Option<Spread>,
@@ -59,48 +43,49 @@ pub(super) struct Row {
     runs: Vec<Run>,
 }
 
-/// Learns and asks every exam; the map is the first one's. What no stencil is wide enough for is left out, and says so.
+/// Has every split learned and asked; the map is the first one's. What no stencil is wide enough for is left out, and says so.
 pub(super) fn row(
-    exams: &[(u64, Exam)],
-    way: Way,
+    splits: &[(u64, BeamSplit)],
+    support: NodeSupport,
     settings: Settings,
 ) -> anyhow::Result<(Row, Option<Box<dyn AnyMap>>)> {
-    let (spacing_m, supports) = (settings.spacing_m, way.name());
+    let (spacing_m, supports) = (settings.spacing_m, support.name());
     let (mut runs, mut first) = (Vec::new(), None);
-    for (seed, exam) in exams {
-        let table = match usable(way, exam, &settings)? {
+    for (seed, split) in splits {
+        let table = match usable(support, split, &settings)? {
             Ok(table) => table,
             Err(cut_off) => {
                 let left_out = Some(cut_off.to_string());
                 return Ok((
-                    Row { spacing_m, way, supports, auc: None, nll: None, ece: None, left_out, runs: Vec::new() },
+                    Row { spacing_m, support, supports, auc: None, nll: None, ece: None, left_out, runs: Vec::new() },
                     None,
                 ));
             }
         };
-        let (marks, map) = take(exam, format!("{spacing_m} m, {supports}, seed {seed}"), settings, table)?;
-        anyhow::ensure!(marks.scores.auc.is_some(), "seed {seed}: everything that was held out is of one class");
-        runs.push(Run { seed: *seed, marks });
+        let name = format!("{spacing_m} m, {supports}, seed {seed}");
+        let (trial, map) = Trial::run(split, &Variant { name, settings, supports: table })?;
+        anyhow::ensure!(trial.scores.auc.is_some(), "seed {seed}: everything that was held out is of one class");
+        runs.push(Run { seed: *seed, trial });
         first.get_or_insert(map);
     }
-    let spread = |of: fn(&Marks) -> f64| Some(Spread::of(&runs.iter().map(|run| of(&run.marks)).collect::<Vec<_>>()));
-    let (auc, nll, ece) = (spread(auc_of), spread(|marks| marks.scores.nll), spread(|marks| marks.scores.ece));
-    Ok((Row { spacing_m, way, supports, auc, nll, ece, left_out: None, runs }, first))
+    let spread = |of: fn(&Trial) -> f64| Spread::of(&runs.iter().map(|run| of(&run.trial)).collect::<Vec<_>>());
+    let (auc, nll, ece) = (spread(auc_of), spread(|trial| trial.scores.nll), spread(|trial| trial.scores.ece));
+    Ok((Row { spacing_m, support, supports, auc, nll, ece, left_out: None, runs }, first))
 }
 
-fn auc_of(marks: &Marks) -> f64 {
-    marks.scores.auc.unwrap_or(f64::NAN)
+fn auc_of(trial: &Trial) -> f64 {
+    trial.scores.auc.unwrap_or(f64::NAN)
 }
 
 /// The supports that have to be learned; within, why there is no stencil for this.
 fn usable(
-    way: Way,
-    exam: &Exam,
+    support: NodeSupport,
+    split: &BeamSplit,
     settings: &Settings,
 ) -> anyhow::Result<Result<Option<&'static LearnedSupports>, SettingsError>> {
     let with = |table: SupportTable<'static, 2>| settings.fitted(table).model_with(table).err();
     let learned = match with(SupportTable::EMPTY) {
-        None => way.learned(exam, settings)?,
+        None => support.learned(split, settings)?,
         Some(cut_off @ SettingsError::CutOff { .. }) => return Ok(Err(cut_off)),
         Some(other) => return Err(other.into()),
     };
@@ -125,41 +110,43 @@ struct Gain {
 
 /// Everything.
 #[derive(Serialize)]
-pub struct Outcome {
+pub struct Compared {
     scene: &'static str,
     shape_m2: f32,
     pub(super) rows: Vec<Row>,
     gains: Vec<Gain>,
+    #[serde(skip)]
+    pub(super) pictures: Vec<PathBuf>,
 }
 
-impl Outcome {
+impl Compared {
     pub(super) fn new(data: &Dataset, rows: Vec<Row>) -> Self {
-        let of = |way: Way| rows.iter().filter(move |row| row.way == way && !row.runs.is_empty());
-        let pairs = of(Way::Points).filter_map(|points| {
-            let areas = of(Way::Exact).find(|areas| areas.spacing_m == points.spacing_m)?;
+        let of = |support: NodeSupport| rows.iter().filter(move |row| row.support == support && !row.runs.is_empty());
+        let pairs = of(NodeSupport::Points).filter_map(|points| {
+            let areas = of(NodeSupport::Exact).find(|areas| areas.spacing_m == points.spacing_m)?;
             Some((points, areas))
         });
         let gain = |(points, areas): (&Row, &Row)| {
-            let difference = |of: fn(&Marks) -> f64| {
+            let difference = |of: fn(&Trial) -> f64| {
                 let seeds = areas.runs.iter().zip(&points.runs);
-                Spread::of(&seeds.map(|(areas, points)| of(&areas.marks) - of(&points.marks)).collect::<Vec<_>>())
+                Spread::of(&seeds.map(|(areas, points)| of(&areas.trial) - of(&points.trial)).collect::<Vec<_>>())
             };
-            Gain {
+            Some(Gain {
                 spacing_m: points.spacing_m,
                 widths: f64::from(points.spacing_m) / f64::from(data.shape_m2).sqrt(),
-                auc: difference(auc_of),
-                nll: difference(|marks| -marks.scores.nll),
-            }
+                auc: difference(auc_of)?,
+                nll: difference(|trial| -trial.scores.nll)?,
+            })
         };
-        let gains = pairs.map(gain).collect();
-        Self { scene: data.scene, shape_m2: data.shape_m2, rows, gains }
+        let gains = pairs.filter_map(gain).collect();
+        Self { scene: data.scene, shape_m2: data.shape_m2, rows, gains, pictures: Vec::new() }
     }
 
     /// Every run in a line.
     pub(super) fn csv(&self) -> String {
         let mut csv = "scene,shape_m2,spacing_m,supports,seed,auc,nll,ece,rows,passes,stencil,tiles\n".to_owned();
         for (row, run) in self.rows.iter().flat_map(|row| row.runs.iter().map(move |run| (row, run))) {
-            let Marks { scores, rows, passes, stencil, tiles, .. } = &run.marks;
+            let Trial { scores, rows, passes, stencil, tiles, .. } = &run.trial;
             csv += &format!(
                 "{},{},{},\"{}\",{},{},{},{},{rows},{passes},{stencil},{tiles}\n",
                 self.scene,
@@ -167,17 +154,18 @@ impl Outcome {
                 row.spacing_m,
                 row.supports,
                 run.seed,
-                auc_of(&run.marks),
+                auc_of(&run.trial),
                 scores.nll,
                 scores.ece
             );
         }
         csv
     }
+}
 
-    /// As tables: each row, and rectangles against points.
-    #[must_use]
-    pub fn text(&self) -> String {
+impl Report for Compared {
+    /// Each row, and rectangles against points; then the files.
+    fn text(&self) -> String {
         let mut table = vec![["spacing m", "supports", "AUC", "NLL", "ECE", "stencil", ""].map(str::to_owned).to_vec()];
         for row in &self.rows {
             let mut cells = vec![row.spacing_m.to_string(), row.supports.clone()];
@@ -190,7 +178,7 @@ impl Outcome {
             let rivals = self.rows.iter().filter(|rival| rival.spacing_m == row.spacing_m);
             let least = rivals.filter_map(|rival| rival.nll).map(|nll| nll.mean).fold(f64::INFINITY, f64::min);
             let best = if nll.mean == least { "best NLL here" } else { "" };
-            cells.extend([run.marks.stencil.to_string(), best.to_owned()]);
+            cells.extend([run.trial.stencil.to_string(), best.to_owned()]);
             table.push(cells);
         }
         let head = ["spacing m", "kernel widths", "AUC gain", "NLL gain", "rectangles against points"];
@@ -205,21 +193,6 @@ impl Outcome {
             let widths = format!("{:.2}", gain.widths);
             vec![gain.spacing_m.to_string(), widths, gain.auc.text(true), gain.nll.text(true), verdict.to_owned()]
         }));
-        columns(&table) + "\n" + &columns(&gains)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_spread_is_two_sample_deviations_and_none_of_a_single_value() {
-        // 1, 2, 3, 6: squares around the mean 3 are 14, over 3.
-        let spread = Spread::of(&[1.0, 2.0, 3.0, 6.0]);
-        assert_eq!(spread.mean, 3.0);
-        assert!((spread.two_sigma.unwrap() - 2.0 * (14.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!((spread.text(false), spread.text(true)), ("3.0000 ± 4.3205".into(), "+3.0000 ± 4.3205".into()));
-        assert_eq!(Spread::of(&[0.5]).text(true), "+0.5000");
+        columns(&table) + "\n" + &columns(&gains) + "\n" + &bhm_plot::folder::list(&self.pictures)
     }
 }

@@ -2,7 +2,7 @@
 
 mod alignment;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bhm_core::{
     kernel::{Averaging, KernelChoice},
@@ -22,14 +22,8 @@ use bhm_plot::{
 use serde::Serialize;
 
 use self::alignment::{Alignment, alignment};
-use super::trial::{Exam, Marks, table, take};
-
-/// Where pictures of what stands at the nodes go.
-#[derive(Clone, Debug)]
-pub struct Shapes {
-    /// Made if need be.
-    pub folder: PathBuf,
-}
+use super::{NoColumns, Table, Trial, Variant};
+use crate::{evaluation::BeamSplit, text::Report};
 
 /// Distance between supports at which a picture of a building shows them, metres.
 pub const SPACING_M: f32 = 1.0;
@@ -39,86 +33,74 @@ const COLOUR: Rgb888 = Rgb888::new(225, 30, 45);
 
 /// What came of it.
 #[derive(Serialize)]
-pub struct Report {
+pub struct Drawn {
     spacing_m: f32,
     alignment: Alignment,
-    contestants: Vec<Marks>,
+    contestants: Table<NoColumns>,
     pictures: Vec<PathBuf>,
 }
 
 /// A kind of support, and how it is drawn.
 struct Subject {
     file: &'static str,
-    name: &'static str,
     legend: &'static str,
-    settings: Settings,
-    supports: Option<&'static LearnedSupports>,
+    variant: Variant,
 }
 
-impl Shapes {
-    /// Learns, asks and draws each of them.
-    ///
-    /// # Errors
-    /// If a file cannot be written, or a contestant cannot learn all that it is shown.
-    pub fn run(&self, exam: &Exam, base: &Settings) -> anyhow::Result<Report> {
-        let points =
-            Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
-        let rectangles = Settings {
-            support: SupportChoice::RectangularSupport,
-            support_size: 1.0,
-            support_averaging: Averaging::Exact,
-            ..points
-        };
-        for settings in [points, rectangles] {
-            settings.fitted(SupportTable::EMPTY).model()?;
-        }
-        let mut pictures = PictureFolder::into(&self.folder)?;
-        let learned = learn_relevance(|| &exam.scans, &points, &RelevanceOptions::DEFAULT, String::new())?;
-        let learned = learned.supports.interned();
-
-        let subject = |file, name, legend, settings, supports| Subject { file, name, legend, settings, supports };
-        let subjects = [
-            subject("shapes-a-points.png", "points", "points", points, None),
-            subject(
-                "shapes-b-gaussians.png",
-                "learned Gaussians",
-                "Gaussians at 1 sigma, else points",
-                points,
-                Some(learned),
-            ),
-            subject("shapes-c-rectangles.png", "rectangles", "rectangles of one spacing", rectangles, None),
-        ];
-        let mut contestants = Vec::new();
-        // The same part of the plane in all pictures: what the first map knows.
-        let mut bounds_m = None;
-        for subject in subjects {
-            let (marks, map) = take(exam, subject.name, subject.settings, subject.supports)?;
-            let bounds_m = match bounds_m {
-                Some(bounds_m) => bounds_m,
-                None => *bounds_m.insert(observed(&*map)?),
-            };
-            let shapes = shapes(&map.model().basis.lattice, &bounds_m, &subject);
-            let overlay = Overlay { legend: subject.legend, colour: COLOUR, shapes: &shapes };
-            let title = format!("{}, {} m apart", subject.name, subject.settings.spacing_m);
-            pictures.map(subject.file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
-            contestants.push(marks);
-        }
-        let report = Report {
-            spacing_m: points.spacing_m,
-            alignment: alignment(&exam.scans, points.limits.range_max_m, learned),
-            contestants,
-            pictures: pictures.files,
-        };
-        Ok(report)
+/// Learns, asks and draws each kind of support; the folder is made if need be.
+///
+/// # Errors
+/// If a file cannot be written, or a contestant cannot learn all that it is shown.
+pub fn compare(split: &BeamSplit, base: &Settings, folder: &Path) -> anyhow::Result<Drawn> {
+    let points = Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
+    let rectangles = Settings {
+        support: SupportChoice::RectangularSupport,
+        support_size: 1.0,
+        support_averaging: Averaging::Exact,
+        ..points
+    };
+    for settings in [points, rectangles] {
+        settings.fitted(SupportTable::EMPTY).model()?;
     }
+    let mut pictures = PictureFolder::into(folder)?;
+    let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
+    let learned = learned.supports.interned();
+
+    let subject = |file, legend, variant| Subject { file, legend, variant };
+    let gaussians = Variant::new("learned Gaussians", points).with_supports(learned);
+    let subjects = [
+        subject("shapes-a-points.png", "points", Variant::new("points", points)),
+        subject("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
+        subject("shapes-c-rectangles.png", "rectangles of one spacing", Variant::new("rectangles", rectangles)),
+    ];
+    let mut trials: Vec<Trial> = Vec::new();
+    // The same part of the plane in all pictures: what the first map knows.
+    let mut bounds_m = None;
+    for subject in subjects {
+        let (trial, map) = Trial::run(split, &subject.variant)?;
+        let bounds_m = match bounds_m {
+            Some(bounds_m) => bounds_m,
+            None => *bounds_m.insert(observed(&*map)?),
+        };
+        let shapes = shapes(&map.model().basis.lattice, &bounds_m, &subject.variant);
+        let overlay = Overlay { legend: subject.legend, colour: COLOUR, shapes: &shapes };
+        let title = format!("{}, {} m apart", subject.variant.name, points.spacing_m);
+        pictures.map(subject.file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
+        trials.push(trial);
+    }
+    let drawn = Drawn {
+        spacing_m: points.spacing_m,
+        alignment: alignment(&split.training, points.limits.range_max_m, learned),
+        contestants: Table::of(trials),
+        pictures: pictures.files,
+    };
+    Ok(drawn)
 }
 
-impl Report {
-    /// As tables, and the files.
-    #[must_use]
-    pub fn text(&self) -> String {
+impl Report for Drawn {
+    fn text(&self) -> String {
         let Self { contestants, alignment, pictures, .. } = self;
-        table(contestants) + "\n" + &alignment.text() + "\n" + &bhm_plot::folder::list(pictures)
+        contestants.text() + "\n" + &alignment.text() + "\n" + &bhm_plot::folder::list(pictures)
     }
 }
 
@@ -128,23 +110,23 @@ fn observed(map: &dyn AnyMap) -> anyhow::Result<Bounds> {
 }
 
 /// The supports of the nodes within the bounds.
-fn shapes(lattice: &Lattice<2>, bounds_m: &Bounds, subject: &Subject) -> Vec<Shape> {
+fn shapes(lattice: &Lattice<2>, bounds_m: &Bounds, variant: &Variant) -> Vec<Shape> {
     let node_below = |axis: usize, metres: f32| ((metres - lattice.origin_m[axis]) / lattice.spacing_m).floor() as i32;
     let [first, last] = [bounds_m.min, bounds_m.max].map(|corner| [0, 1].map(|axis| node_below(axis, corner[axis])));
     let width = [0, 1].map(|axis| (last[axis] - first[axis]).max(0) as usize);
-    let table = subject.supports.map_or(SupportTable::EMPTY, LearnedSupports::table);
+    let table = variant.supports.map_or(SupportTable::EMPTY, LearnedSupports::table);
     offsets(width)
         .map(|offset| {
             // The node below a bound lies outside or on the edge.
             let node: Node<2> = [0, 1].map(|axis| first[axis] + 1 + offset[axis] as i32);
             let at_m = lattice.position_m(&node).into();
-            match (table.get(&node), subject.settings.support) {
+            match (table.get(&node), variant.settings.support) {
                 (Some(AnySupport::GaussianSupport(gaussian)), _) => {
                     let s = gaussian.covariance_m2();
                     Shape::Ellipse { centre_m: at_m, covariance_m2: [s[(0, 0)], s[(0, 1)], s[(1, 1)]], sigmas: 1.0 }
                 }
                 (None, SupportChoice::RectangularSupport) => {
-                    let side_m = subject.settings.support_size * lattice.spacing_m;
+                    let side_m = variant.settings.support_size * lattice.spacing_m;
                     Shape::Rectangle { centre_m: at_m, sides_m: [side_m; 2] }
                 }
                 _ => Shape::Point { at_m },

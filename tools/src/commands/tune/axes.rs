@@ -32,7 +32,7 @@ enum List {
 /// Each of them: `auto`, or a list such as `0.2,0.25,0.3`.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Where to look (`auto`, or numbers with commas between them)")]
-pub(super) struct WhereToLook {
+pub(super) struct SearchAxes {
     /// Spacings to try, metres; see --max-cost
     #[arg(long, value_name = "LIST")]
     try_spacing: Option<List>,
@@ -63,12 +63,12 @@ impl FromStr for List {
     }
 }
 
-impl WhereToLook {
+impl SearchAxes {
     /// What is searched for and where, beginning at these options.
     ///
     /// # Errors
     /// [`Usage`] for a number that the options do not use, or that this score cannot compare.
-    pub(super) fn axes(&self, start: &Effective, by: By) -> anyhow::Result<(Vec<Number>, Vec<Axis>)> {
+    pub(super) fn of(&self, start: &Effective, by: By) -> anyhow::Result<(Vec<Number>, Vec<Axis>)> {
         let mut asked: Vec<(Number, &List, f64)> = Vec::new();
         // A prior is known by its order of magnitude at best; lengths are known better.
         for (number, list, factor) in [
@@ -133,15 +133,15 @@ mod tests {
 
     #[test]
     fn by_default_the_prior_is_searched_and_the_shape_where_there_is_one() {
-        let numbers = |kernel| WhereToLook::default().axes(&start(kernel), By::Nll).unwrap().0;
+        let numbers = |kernel| SearchAxes::default().of(&start(kernel), By::Nll).unwrap().0;
         assert_eq!(numbers(KernelChoice::CubicBSpline), [Number::PriorPrecision]);
         assert_eq!(numbers(KernelChoice::SquaredExponential), [Number::KernelShape, Number::PriorPrecision]);
     }
 
     #[test]
     fn only_what_is_asked_for_is_searched_and_from_where_the_options_are() {
-        let look = WhereToLook { try_gap: Some(List::Given(vec![0.0, 0.2])), ..WhereToLook::default() };
-        let (numbers, axes) = look.axes(&start(KernelChoice::CubicBSpline), By::Nll).unwrap();
+        let asked = SearchAxes { try_gap: Some(List::Given(vec![0.0, 0.2])), ..SearchAxes::default() };
+        let (numbers, axes) = asked.of(&start(KernelChoice::CubicBSpline), By::Nll).unwrap();
         assert_eq!(numbers, [Number::Gap]);
         assert_eq!(axes, [Axis { start: 0.1, values: Values::Given(vec![0.0, 0.2]) }]);
     }
