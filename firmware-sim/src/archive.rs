@@ -7,23 +7,23 @@ use bhm_core::tile::{Archive, Tile, TileIndex};
 #[derive(Debug)]
 pub struct LentArchive<'m, const M: usize, const B: usize> {
     /// A tile that never learned anything is a free slot.
-    slots: &'m mut [Tile<M, B>],
+    slots: &'m mut [Tile<2, M, B>],
 }
 
 impl<'m, const M: usize, const B: usize> LentArchive<'m, M, B> {
     /// An archive in these slots, each of which must be vacant; none at all is an archive that keeps nothing.
     #[must_use]
-    pub fn new(slots: &'m mut [Tile<M, B>]) -> Self {
+    pub fn new(slots: &'m mut [Tile<2, M, B>]) -> Self {
         Self { slots }
     }
 
-    fn find(&mut self, wanted: impl Fn(&Tile<M, B>) -> bool) -> Option<&mut Tile<M, B>> {
+    fn find(&mut self, wanted: impl Fn(&Tile<2, M, B>) -> bool) -> Option<&mut Tile<2, M, B>> {
         self.slots.iter_mut().find(|slot| wanted(slot))
     }
 }
 
-impl<const M: usize, const B: usize> Archive<M, B> for LentArchive<'_, M, B> {
-    fn keep(&mut self, tile: &Tile<M, B>) -> bool {
+impl<const M: usize, const B: usize> Archive<2, M, B> for LentArchive<'_, M, B> {
+    fn keep(&mut self, tile: &Tile<2, M, B>) -> bool {
         // One that learned nothing begins anew as what it is.
         if tile.updates == 0 {
             return true;
@@ -33,7 +33,7 @@ impl<const M: usize, const B: usize> Archive<M, B> for LentArchive<'_, M, B> {
         true
     }
 
-    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool {
+    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<2, M, B>) -> bool {
         let Some(slot) = self.find(|slot| slot.updates > 0 && slot.index == *index) else { return false };
         tile.clone_from_in_place(slot);
         slot.updates = 0;
@@ -45,7 +45,7 @@ impl<const M: usize, const B: usize> Archive<M, B> for LentArchive<'_, M, B> {
 mod tests {
     use super::*;
 
-    fn tile(x: i32, updates: u64) -> Tile<4, 2> {
+    fn tile(x: i32, updates: u64) -> Tile<2, 4, 2> {
         let mut tile = Tile::VACANT;
         (tile.index, tile.updates) = ([x, -x], updates);
         tile.posterior.mean[0] = x as f32;

@@ -7,27 +7,35 @@
 //! (`docs/firmware.md`), so that another compiler's build stays below them too.
 
 use bhm_core::{
-    beam::{BeamChoice, BeamTally, LabelledPlace},
-    kernel::KernelChoice,
-    lattice::Node,
-    mapper::IntegrateReport,
-    posterior::{Entry, RowState, Scratch},
+    beam::{AnyBeamRule, BeamTally},
+    kernel::KernelSettings,
+    mapper::{IntegrateReport, Link, ObservationSlot, TouchedTile},
+    posterior::{RowState, Scratch},
     profile::{Capacities, Profile},
     scan::MAX_BEAMS,
     settings::Settings,
-    support::SupportChoice,
-    tile::{DirectoryEntry, Tile, TileIndex},
+    support::SupportSettings,
+    tile::{DirectoryEntry, Tile},
 };
+
+/// Longest piece of a ray that one observation stands for, metres.
+fn longest_free_m(settings: &Settings) -> f32 {
+    match settings.beam {
+        AnyBeamRule::PointSamples(rule) => rule.free_spacing_m,
+        // A segment is cut once more where it enters another cell.
+        AnyBeamRule::LineSegments(_) => 0.5 * settings.spacing_m,
+    }
+}
 
 /// How much of everything an update does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Beams looked at, each time that they are.
     pub beams: u64,
-    /// Observations made of them, each time that they are, and placed.
-    pub points: u64,
-    /// Questions whether a tile holds an observation.
-    pub questions: u64,
+    /// Observations counted, each time that they are, to see whether they fit.
+    pub counted: u64,
+    /// Observations made: their features computed, and sorted into tiles.
+    pub observations: u64,
     /// Tiles found, begun, or brought back.
     pub tiles: u64,
     /// Rows made, with room for them or not.
@@ -43,12 +51,13 @@ pub struct Work {
 }
 
 /// Tiles that can hold the stencil of one observation: regions of whole stencils overlap by one cell along each axis.
-const TILES_OF_A_POINT: u64 = 4;
+const TILES_OF_AN_OBSERVATION: u64 = 4;
 
 /// Factorisations of an update beyond one a pass: as many as there are inflations to be tried.
 const AGAIN: u64 = 2;
 
-/// How often a scan's points did not fit, so that it was read again with half the beams; from how many were left out.
+/// How often a scan's observations did not fit, so that they were counted again with half the beams; from how many were left
+/// out.
 fn overflows(beams: &BeamTally) -> u64 {
     let (sent, read) = (beams.total(), beams.total() - beams.over_capacity);
     let all = MAX_BEAMS.ilog2() + 1;
@@ -61,18 +70,18 @@ impl Work {
     #[must_use]
     pub fn most(profile: &Profile) -> Self {
         let Profile { settings, capacities, .. } = profile;
-        let (points, tiles) = (capacities.points as u64, capacities.touched as u64);
-        // If a scan's points do not fit, it is read again with half the beams, until they do.
-        let of_a_beam = (settings.limits.range_max_m / settings.free_spacing_m) as u64 + 2;
-        let readings = u64::from((MAX_BEAMS as u64 * of_a_beam).div_ceil(points).next_power_of_two().ilog2()) + 1;
-        let rows = points * TILES_OF_A_POINT.min(tiles);
+        let (observations, tiles) = (capacities.observations as u64, capacities.touched as u64);
+        // If a scan's observations do not fit, they are counted again with half the beams, until they do; then they are made.
+        let of_a_beam = (settings.limits.range_max_m / longest_free_m(settings)) as u64 + 2;
+        let counts = u64::from((MAX_BEAMS as u64 * of_a_beam).div_ceil(observations).next_power_of_two().ilog2()) + 1;
+        let rows = observations * TILES_OF_AN_OBSERVATION.min(tiles);
         let learned = rows.min(tiles * capacities.rows as u64);
         let passes = u64::from(settings.passes);
         let forgetting = u64::from(settings.forgetting < 1.0);
         Self {
-            beams: readings * MAX_BEAMS as u64,
-            points: readings * points,
-            questions: tiles * points,
+            beams: (counts + 1) * MAX_BEAMS as u64,
+            counted: counts * observations,
+            observations,
             tiles,
             rows,
             row_passes: learned * passes,
@@ -86,19 +95,19 @@ impl Work {
     #[must_use]
     pub fn done(profile: &Profile, report: &IntegrateReport) -> Self {
         let Profile { settings, capacities, .. } = profile;
-        let IntegrateReport { beams, points, .. } = report;
+        let IntegrateReport { beams, observations: tally, .. } = report;
         let [tiles, learned, failed] = [report.tiles_touched, report.rows, report.tiles_failed].map(u64::from);
-        let room = capacities.points as u64;
-        // A point that misses one of its tiles may have missed them all, or have been used.
-        let placed = u64::from(points.used + points.unplaceable + points.outside + points.over_capacity).min(room);
+        let room = capacities.observations as u64;
+        // An observation that misses one of its tiles may have missed them all, or have been used.
+        let made = u64::from(tally.used + tally.unplaceable + tally.outside + tally.over_capacity).min(room);
         let overflows = overflows(beams);
         let passes = u64::from(settings.passes);
         let forgetting = if settings.forgetting < 1.0 { tiles } else { 0 };
         let again = AGAIN * (u64::from(report.conditioned) + failed).min(tiles);
         Self {
-            beams: (overflows + 1) * u64::from(beams.total()),
-            points: overflows * room + placed,
-            questions: tiles * placed,
+            beams: (overflows + 2) * u64::from(beams.total()),
+            counted: overflows * room + made,
+            observations: made,
             tiles,
             rows: learned + u64::from(report.rows_over_capacity),
             row_passes: learned * passes,
@@ -113,8 +122,8 @@ impl Work {
     #[must_use]
     pub fn is_within(&self, most: &Self) -> bool {
         let counts = |work: &Self| {
-            let &Self { beams, points, questions, tiles, rows, row_passes, passes, again, rows_again } = work;
-            [beams, points, questions, tiles, rows, row_passes, passes, again, rows_again]
+            let &Self { beams, counted, observations, tiles, rows, row_passes, passes, again, rows_again } = work;
+            [beams, counted, observations, tiles, rows, row_passes, passes, again, rows_again]
         };
         counts(self).iter().zip(counts(most)).all(|(here, most)| *here <= most)
     }
@@ -124,8 +133,8 @@ impl Work {
     pub fn instructions(&self, unit: &Instructions) -> u64 {
         unit.scan
             + self.beams * unit.beam
-            + self.points * unit.point
-            + self.questions * unit.question
+            + self.counted * unit.counted
+            + self.observations * unit.observation
             + self.tiles * unit.tile
             + self.rows * unit.row
             + self.row_passes * unit.row_pass
@@ -142,10 +151,10 @@ pub struct Instructions {
     pub scan: u64,
     /// Reading a beam.
     pub beam: u64,
-    /// Making and placing an observation.
-    pub point: u64,
-    /// Asking whether a tile holds it.
-    pub question: u64,
+    /// Counting an observation.
+    pub counted: u64,
+    /// Making an observation, and sorting it into its tiles.
+    pub observation: u64,
     /// Finding a tile; writing one that goes and one that comes.
     pub tile: u64,
     /// Making a row, its moments under the prior, its place in `Λ` at the end.
@@ -165,14 +174,11 @@ impl Instructions {
     /// B-spline's at points.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
-        let measured = settings.kernel == KernelChoice::CubicBSpline
-            && settings.support == SupportChoice::PointSupport
-            && settings.beam == BeamChoice::PointSamples
-            && !settings.bias;
-        let [width, height] = settings.tile_width.map(|width| width as u64);
-        let m = width * height;
-        let b = (settings.stencil as u64 - 1) * (height + 1) + 1;
-        let f = (settings.stencil * settings.stencil) as u64;
+        let measured = matches!(settings.kernel, KernelSettings::CubicBSpline(_))
+            && matches!(settings.support, SupportSettings::PointSupport(_))
+            && matches!(settings.beam, AnyBeamRule::PointSamples(_))
+            && settings.bias.is_none();
+        let [m, b, f] = [settings.supports(), settings.band(), settings.stencil_nodes()].map(|count| count as u64);
         // A row of the factor has B − 1 sources of up to B columns at two instructions each, load and multiply-subtract; panels
         // of 16 columns skip a third of those that are zero. A row of Σ has no zeros to skip, and weights, two dot products
         // and two copies beside.
@@ -181,8 +187,8 @@ impl Instructions {
         measured.then_some(Self {
             scan: 20_000,
             beam: 300,
-            point: 600,
-            question: 30,
+            counted: 60,
+            observation: 1_000,
             tile: 6 * m * b + 60_000,
             // Two of the F²/2 products that a row makes with itself, with Σ and for Λ; then what is done feature by feature.
             row: 9 * f * f + 170 * f + 400,
@@ -203,13 +209,14 @@ pub fn most_instructions(profile: &Profile) -> Option<u64> {
 /// Bytes of a map's state: tiles, and what one scan is worked on in. The same on every machine: nothing of it is a pointer.
 #[must_use]
 pub fn state_bytes<const M: usize, const B: usize>(profile: &Profile) -> usize {
-    let Profile { settings, capacities: Capacities { tiles, points, rows, touched }, .. } = *profile;
-    let features = settings.stencil * settings.stencil;
-    tiles * (size_of::<Tile<M, B>>() + size_of::<DirectoryEntry>())
+    let Profile { settings, capacities: Capacities { tiles, observations, rows, touched }, .. } = *profile;
+    let features = settings.stencil_nodes() * size_of::<f32>();
+    let links = TILES_OF_AN_OBSERVATION as usize * size_of::<Link>();
+    tiles * (size_of::<Tile<2, M, B>>() + size_of::<DirectoryEntry<2>>())
         + size_of::<Scratch<M, B>>()
-        + points * (size_of::<LabelledPlace>() + size_of::<Option<Node<2>>>())
-        + touched * size_of::<TileIndex<2>>()
-        + rows * (features * size_of::<Entry>() + size_of::<RowState>())
+        + observations * (size_of::<ObservationSlot<2>>() + features + links)
+        + touched * size_of::<TouchedTile<2>>()
+        + rows * size_of::<RowState>()
 }
 
 #[cfg(test)]

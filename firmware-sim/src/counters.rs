@@ -1,4 +1,4 @@
-use bhm_core::mapper::{IntegrateReport, ScanRejected};
+use bhm_core::{mapper::IntegrateReport, scan::ScanRejected};
 
 /// A struct of counts, each with its name.
 macro_rules! counters {
@@ -72,15 +72,15 @@ counters! {
     /// Beams dropped: no room for their observations.
     beams_over_capacity,
     /// Observations learned from.
-    points_used,
+    observations_used,
     /// Observations dropped: cannot be placed.
-    points_unplaceable,
+    observations_unplaceable,
     /// Observations dropped: outside a bounded plane.
-    points_outside,
+    observations_outside,
     /// Observations that at least one tile missed, for lack of room.
-    points_over_capacity,
+    observations_over_capacity,
     /// Observations learned as less uncertain than their pose: the stencil has no room for all of it.
-    points_narrowed,
+    observations_narrowed,
     /// Rows learned.
     rows,
     /// Rows dropped for lack of room.
@@ -133,7 +133,7 @@ impl Counters {
 
     pub(crate) fn count_integrated(&mut self, report: &IntegrateReport) {
         self.integrated += 1;
-        let IntegrateReport { beams, points, .. } = report;
+        let IntegrateReport { beams, observations, .. } = report;
         for (counter, more) in [
             (&mut self.beams_hit, beams.hits),
             (&mut self.beams_beyond_range, beams.beyond_range),
@@ -142,11 +142,11 @@ impl Counters {
             (&mut self.beams_negative, beams.negative),
             (&mut self.beams_too_near, beams.too_near),
             (&mut self.beams_over_capacity, beams.over_capacity),
-            (&mut self.points_used, points.used),
-            (&mut self.points_unplaceable, points.unplaceable),
-            (&mut self.points_outside, points.outside),
-            (&mut self.points_over_capacity, points.over_capacity),
-            (&mut self.points_narrowed, points.narrowed),
+            (&mut self.observations_used, observations.used),
+            (&mut self.observations_unplaceable, observations.unplaceable),
+            (&mut self.observations_outside, observations.outside),
+            (&mut self.observations_over_capacity, observations.over_capacity),
+            (&mut self.observations_narrowed, observations.narrowed),
             (&mut self.rows, report.rows),
             (&mut self.rows_over_capacity, report.rows_over_capacity),
             (&mut self.rows_refused, report.rows_refused),
@@ -173,8 +173,8 @@ impl Counters {
             ScanRejected::Angles { .. } => &mut self.rejected_angles,
             ScanRejected::RangeLimits { .. } => &mut self.rejected_range_limits,
             ScanRejected::StampWentBack { .. } => &mut self.rejected_stamp_went_back,
-            // Reasons of labelled points, which no scan has.
-            ScanRejected::LabelsMissing { .. } | ScanRejected::TooManyPoints { .. } => &mut self.rejected_otherwise,
+            // A reason of prepared observations, which no scan has.
+            ScanRejected::TooManyObservations { .. } => &mut self.rejected_otherwise,
         } += 1;
     }
 }

@@ -22,7 +22,7 @@ pub trait Link<const M: usize, const B: usize> {
     ///
     /// # Errors
     /// If the link failed; the loop counts it and goes on.
-    fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &News) -> Result<(), Self::Fault>;
+    fn publish(&mut self, mapper: &Mapper<'_, 2, M, B>, news: &News) -> Result<(), Self::Fault>;
 
     /// Says how far the loop has come: to the source, which may wait for it, and to onlookers.
     ///

@@ -1,6 +1,7 @@
 use bhm_core::{
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
     scan::Scan,
+    scan::ScanRejected,
     tile::Archive,
 };
 
@@ -13,7 +14,7 @@ pub trait OnboardMap<const M: usize, const B: usize> {
     fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected>;
 
     /// The mapper, to be shown.
-    fn mapper(&self) -> &Mapper<'_, M, B>;
+    fn mapper(&self) -> &Mapper<'_, 2, M, B>;
 
     /// Tiles in the archive.
     fn archived(&self) -> usize;
@@ -22,20 +23,20 @@ pub trait OnboardMap<const M: usize, const B: usize> {
 /// A mapper in lent memory, and where its tiles go: what a microcontroller has.
 #[derive(Debug)]
 pub struct LentMap<'m, A, const M: usize, const B: usize> {
-    mapper: Mapper<'m, M, B>,
+    mapper: Mapper<'m, 2, M, B>,
     archive: A,
     archived: usize,
 }
 
-impl<'m, A: Archive<M, B>, const M: usize, const B: usize> LentMap<'m, A, M, B> {
+impl<'m, A: Archive<2, M, B>, const M: usize, const B: usize> LentMap<'m, A, M, B> {
     /// A mapper that has not begun, and an empty archive.
     #[must_use]
-    pub fn new(mapper: Mapper<'m, M, B>, archive: A) -> Self {
+    pub fn new(mapper: Mapper<'m, 2, M, B>, archive: A) -> Self {
         Self { mapper, archive, archived: 0 }
     }
 }
 
-impl<A: Archive<M, B>, const M: usize, const B: usize> OnboardMap<M, B> for LentMap<'_, A, M, B> {
+impl<A: Archive<2, M, B>, const M: usize, const B: usize> OnboardMap<M, B> for LentMap<'_, A, M, B> {
     fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
         let report = self.mapper.integrate(scan, &mut self.archive)?;
         let kept = (report.tiles_evicted - report.tiles_lost) as usize;
@@ -43,7 +44,7 @@ impl<A: Archive<M, B>, const M: usize, const B: usize> OnboardMap<M, B> for Lent
         Ok(report)
     }
 
-    fn mapper(&self) -> &Mapper<'_, M, B> {
+    fn mapper(&self) -> &Mapper<'_, 2, M, B> {
         &self.mapper
     }
 

@@ -273,7 +273,7 @@ impl<P> Learner<P> {
         }
         match self.map.integrate(&scan) {
             Ok(report) => {
-                self.map_from_sensor = scan.map_from_sensor;
+                self.map_from_sensor = scan.header.map_from_sensor;
                 self.counters.count_integrated(&report);
             }
             Err(reason) => self.counters.count_rejected(&reason),

@@ -5,7 +5,8 @@ use std::vec::Vec;
 
 use bhm_core::{
     geometry::Pose,
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
+    scan::ScanRejected,
     scan::{Scan, ScanHeader},
 };
 
@@ -71,7 +72,7 @@ impl<const M: usize, const B: usize> Link<M, B> for FakeLink {
         }
     }
 
-    fn publish(&mut self, _: &Mapper<'_, M, B>, news: &News) -> Result<(), &'static str> {
+    fn publish(&mut self, _: &Mapper<'_, 2, M, B>, news: &News) -> Result<(), &'static str> {
         self.seen.push(Seen::Published(*news));
         if let Some(clock) = &mut self.clock {
             // An hour: were publishing part of an update, every deadline would be missed.
@@ -134,7 +135,7 @@ pub(crate) mod lent {
         // SAFETY: a tile and the scratch are plain numbers, of which zero is a value.
         let (tiles, scratch) = unsafe {
             (
-                Box::<[Tile<144, 40>]>::new_zeroed_slice(slots).assume_init(),
+                Box::<[Tile<2, 144, 40>]>::new_zeroed_slice(slots).assume_init(),
                 Box::<Scratch<144, 40>>::new_zeroed().assume_init(),
             )
         };

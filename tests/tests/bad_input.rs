@@ -6,8 +6,8 @@ use bhm_core::{
     beam::{BeamLimits, BeamTally},
     geometry::{Point, Pose},
     lattice::MAX_NODE,
-    mapper::ScanRejected,
     profile::{COMPACT, Capacities, Profile},
+    scan::ScanRejected,
     scan::{MAX_BEAMS, ScanHeader},
     settings::Settings,
 };

@@ -5,9 +5,9 @@ mod common;
 use bhm_core::{
     geometry::Point,
     kernel::KernelChoice,
+    map::Occupancy,
     profile::{COMPACT, Capacities, Profile},
     settings::Settings,
-    tile::Occupancy,
 };
 use bhm_host::map::OwnedMapper;
 use common::{Stream, intel_scans, points_of};

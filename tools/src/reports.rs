@@ -2,10 +2,7 @@
 
 use bhm_bench::reading::DAMAGE_SHOWN;
 pub(crate) use bhm_bench::reading::{point_log, recorded_s, scan_log, source};
-use bhm_core::{
-    mapper::{IntegrateReport, ScanRejected},
-    profile::Profile,
-};
+use bhm_core::{mapper::IntegrateReport, profile::Profile, scan::ScanRejected};
 use serde::Serialize;
 use tracing::warn;
 

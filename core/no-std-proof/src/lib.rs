@@ -25,7 +25,7 @@ const ROWS: usize = 512;
 /// All the memory of a small map, as a caller would put it into a `static`.
 #[repr(C)]
 pub struct Proof {
-    tiles: [Tile<M, B>; 4],
+    tiles: [Tile<2, M, B>; 4],
     directory: [DirectoryEntry; 4],
     scratch: Scratch<M, B>,
     places: [LabelledPlace; ROWS],

@@ -152,13 +152,13 @@ impl Board for Mps2An500 {
         })
     }
 
-    fn archive() -> &'static mut [Tile<M, B>] {
+    fn archive() -> &'static mut [Tile<2, M, B>] {
         unsafe extern "C" {
-            static mut _archive_start: Tile<M, B>;
-            static mut _archive_end: Tile<M, B>;
+            static mut _archive_start: Tile<2, M, B>;
+            static mut _archive_end: Tile<2, M, B>;
         }
         let start = &raw mut _archive_start;
-        let slots = (&raw mut _archive_end as usize - start as usize) / size_of::<Tile<M, B>>();
+        let slots = (&raw mut _archive_end as usize - start as usize) / size_of::<Tile<2, M, B>>();
         // SAFETY: the memory map gives this memory to nobody else, it begins as aligned as a memory can, the trait allows one
         // call, and all-zero bytes are a vacant tile.
         unsafe {

@@ -30,7 +30,7 @@ pub trait Board {
     fn now_ns() -> u64;
 
     /// Memory beside that of the map for tiles that leave it, vacant; empty where there is none. Asked for once.
-    fn archive() -> &'static mut [Tile<M, B>];
+    fn archive() -> &'static mut [Tile<2, M, B>];
 
     /// Ends the program, well or not, if something runs it that can be told; else stays here.
     fn end(well: bool) -> !;

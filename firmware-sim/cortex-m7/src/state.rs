@@ -40,7 +40,7 @@ const _: () = assert!(STATE_BYTES <= STATE_BUDGET_BYTES, "the map's state exceed
 
 /// The map's memory, array by array.
 pub struct Map {
-    tiles: [Tile<M, B>; TILES],
+    tiles: [Tile<2, M, B>; TILES],
     directory: [DirectoryEntry; TILES],
     scratch: Scratch<M, B>,
     places: [LabelledPlace; PLACES],
@@ -90,7 +90,7 @@ pub fn link() -> &'static mut Link {
 ///
 /// # Panics
 /// If it was taken before.
-pub fn mapper(profile: &Profile) -> Result<Mapper<'static, M, B>, SettingsError> {
+pub fn mapper(profile: &Profile) -> Result<Mapper<'static, 2, M, B>, SettingsError> {
     let Map { tiles, directory, scratch, places, firsts, touched, entries, states } = MAP.take();
     let supports = SupportTable::EMPTY;
     let memory = Memory { tiles, directory, scratch, places, firsts, touched, entries, states, supports };

@@ -32,7 +32,7 @@ impl<'s, const M: usize, const B: usize> SharedMemoryLink<'s, M, B> {
         domain: &Domain,
         slots: usize,
         consumers: usize,
-        supports: Option<&'static LearnedSupports>,
+        supports: Option<LearnedSupports>,
         stop: &'s AtomicBool,
     ) -> Result<Self, IpcError> {
         let participant = domain.join("bhm-onboard")?;
@@ -101,7 +101,7 @@ impl<const M: usize, const B: usize> Link<M, B> for SharedMemoryLink<'_, M, B> {
         })
     }
 
-    fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &News) -> Result<(), IpcError> {
+    fn publish(&mut self, mapper: &Mapper<'_, 2, M, B>, news: &News) -> Result<(), IpcError> {
         let News { handled, ended, map_from_sensor, archived, lost } = *news;
         let news = PosteriorNews { handled, ended, map_from_sensor, archived, lost };
         self.posterior.publish(mapper, &news).map(|_| ())

@@ -32,7 +32,7 @@ use link::SharedMemoryLink;
 pub(crate) use recorded_map::RecordedMap;
 
 /// What the onboard process is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OnboardOptions {
     /// How the loop behaves.
     pub run: Options,
@@ -41,7 +41,7 @@ pub struct OnboardOptions {
     /// Most poses of the robot's path that are kept; a longer path is thinned evenly.
     pub path_poses: usize,
     /// Supports of their own that nodes of the map have; consumers get them before the first posterior.
-    pub supports: Option<&'static LearnedSupports>,
+    pub supports: Option<LearnedSupports>,
 }
 
 impl Default for OnboardOptions {
@@ -130,12 +130,12 @@ impl ShapeVisitor for Run<'_> {
 fn run<const M: usize, const B: usize>(
     Run { profile, domain, options, stop, finish }: Run<'_>,
 ) -> Result<Summary, OnboardError> {
-    let OnboardOptions { run, consumers, path_poses, supports } = *options;
+    let OnboardOptions { run, consumers, path_poses, ref supports } = *options;
     // Before anybody is shown supports that are not the map's.
-    supports.map_or(Ok(()), |supports| supports.matches(&profile.settings)).map_err(UnknownShape::from)?;
-    let link = SharedMemoryLink::open(domain, profile.capacities.tiles, consumers, supports, stop)?;
+    supports.as_ref().map_or(Ok(()), |supports| supports.matches(&profile.settings)).map_err(UnknownShape::from)?;
+    let link = SharedMemoryLink::open(domain, profile.capacities.tiles, consumers, supports.clone(), stop)?;
     let mapper = link.mapper();
-    let map = OwnedMapper::<M, B>::with_supports(profile, supports)?;
+    let map = OwnedMapper::<M, B>::with_supports(profile, supports.clone())?;
     let mut onboard = Onboard::new(RecordedMap::new(map, path_poses), link, run);
     let end = onboard.run();
     let (counters, update) = (*onboard.counters(), onboard.update_time());

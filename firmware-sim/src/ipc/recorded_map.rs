@@ -2,8 +2,9 @@ use std::vec::Vec;
 
 use bhm_core::{
     geometry::Pose,
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
     scan::Scan,
+    scan::ScanRejected,
 };
 use bhm_host::map::OwnedMapper;
 
@@ -29,11 +30,11 @@ impl<const M: usize, const B: usize> RecordedMap<M, B> {
 impl<const M: usize, const B: usize> OnboardMap<M, B> for RecordedMap<M, B> {
     fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
         let report = self.map.integrate(scan)?;
-        self.path.push(scan.map_from_sensor);
+        self.path.push(scan.header.map_from_sensor);
         Ok(report)
     }
 
-    fn mapper(&self) -> &Mapper<'_, M, B> {
+    fn mapper(&self) -> &Mapper<'_, 2, M, B> {
         self.map.mapper()
     }
 

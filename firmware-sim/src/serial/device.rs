@@ -1,7 +1,7 @@
 use bhm_core::{
     mapper::Mapper,
     profile::Profile,
-    scan::{MAX_BEAMS, Scan, ScanHeader},
+    scan::{MAX_BEAMS, Scan},
     tile::Tile,
 };
 use serde::Serialize;
@@ -216,7 +216,10 @@ impl<'m, P: Port> SerialLink<'m, P> {
     }
 
     /// Sends a tile in parts and answers the bytes it took.
-    fn send_tile<const M: usize, const B: usize>(&mut self, tile: &Tile<M, B>) -> Result<usize, SerialFault<P::Fault>> {
+    fn send_tile<const M: usize, const B: usize>(
+        &mut self,
+        tile: &Tile<2, M, B>,
+    ) -> Result<usize, SerialFault<P::Fault>> {
         let LinkBuffers { deframer, part, frame, .. } = &mut *self.buffers;
         let view = tile.posterior.view();
         let mut bytes = 0;
@@ -289,7 +292,7 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
         })
     }
 
-    fn publish(&mut self, mapper: &Mapper<'_, M, B>, news: &News) -> Result<(), Self::Fault> {
+    fn publish(&mut self, mapper: &Mapper<'_, 2, M, B>, news: &News) -> Result<(), Self::Fault> {
         // Nobody is there yet; whoever comes gets everything.
         let Some(run) = self.run else { return Ok(()) };
         let store = mapper.tiles();
@@ -357,20 +360,8 @@ fn send<P: Port>(
 
 fn header(frame: &ScanFrame<'_>, ranges_m: &mut [f32; MAX_BEAMS]) -> Result<Header, Damage> {
     let beams = frame.ranges_into(ranges_m)?;
-    let &ScanFrame { source, sequence, last, stamp_ns, .. } = frame;
-    let &ScanFrame { angle_min_rad, angle_increment_rad, range_min_m, range_max_m, .. } = frame;
-    let scan = Scan {
-        header: ScanHeader {
-            stamp_ns,
-            map_from_sensor: frame.pose(),
-            pose_covariance: frame.covariance(),
-            angle_min_rad,
-            angle_increment_rad,
-            range_min_m,
-            range_max_m,
-        },
-        ranges_m: &[],
-    };
+    let &ScanFrame { source, sequence, last, header, .. } = frame;
+    let scan = Scan { header, ranges_m: &[] };
     Ok(Header { source, sequence, last, scan, beams })
 }
 

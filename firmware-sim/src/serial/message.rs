@@ -1,6 +1,6 @@
 use bhm_core::{
-    geometry::{Pose, PoseCovariance},
-    scan::MAX_BEAMS,
+    geometry::Pose,
+    scan::{MAX_BEAMS, ScanHeader},
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Visitor};
 
@@ -91,20 +91,8 @@ pub struct ScanFrame<'a> {
     pub sequence: u64,
     /// Whether it is the last of a source that ends.
     pub last: bool,
-    /// When it was taken, nanoseconds on the source's clock.
-    pub stamp_ns: u64,
-    /// Where the sensor stands in the map: x and y in metres, heading in radians.
-    pub map_from_sensor: [f32; 3],
-    /// The covariance of that pose, if it has one: xx, xy, yy (m²), xθ, yθ (m·rad), θθ (rad²).
-    pub pose_covariance: Option<[f32; 6]>,
-    /// Bearing of the first beam, radians.
-    pub angle_min_rad: f32,
-    /// Radians per beam.
-    pub angle_increment_rad: f32,
-    /// Shortest range, metres.
-    pub range_min_m: f32,
-    /// Range at and beyond which nothing returned, metres.
-    pub range_max_m: f32,
+    /// Everything but the ranges.
+    pub header: ScanHeader,
     /// The ranges in metres, as the bytes of little-endian `f32`: bit for bit, whatever they are.
     #[serde(borrow)]
     pub ranges_m: Bytes<'a>,
@@ -256,21 +244,5 @@ impl ScanFrame<'_> {
             }
             _ => Err(Damage::Unreadable),
         }
-    }
-
-    pub(super) fn pose(&self) -> Pose {
-        let [x_m, y_m, theta_rad] = self.map_from_sensor;
-        Pose::new(x_m, y_m, theta_rad)
-    }
-
-    pub(super) fn covariance(&self) -> Option<PoseCovariance> {
-        self.pose_covariance.map(|[xx_m2, xy_m2, yy_m2, x_theta_m_rad, y_theta_m_rad, theta_rad2]| PoseCovariance {
-            xx_m2,
-            xy_m2,
-            yy_m2,
-            x_theta_m_rad,
-            y_theta_m_rad,
-            theta_rad2,
-        })
     }
 }

@@ -45,7 +45,7 @@ impl<'m> SentTiles<'m> {
     }
 
     /// Looks which tiles are new, which have changed and which are gone; `false` if there are more than it has room for.
-    pub(super) fn follow<const M: usize, const B: usize>(&mut self, store: &TileStore<'_, M, B>) -> bool {
+    pub(super) fn follow<const M: usize, const B: usize>(&mut self, store: &TileStore<'_, 2, M, B>) -> bool {
         let mut kept = 0;
         for at in 0..self.resident {
             let mut entry = self.entries[at];

@@ -100,7 +100,7 @@ fn tile(bytes: &[u8]) -> Tile {
 /// Tiles as a reader of shared memory has them.
 struct Tiles(Vec<Tile>);
 
-impl TileSource<M, B> for Tiles {
+impl TileSource<2, M, B> for Tiles {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         self.0.iter().find(|tile| tile.index == *index).map(Tile::view)
     }

@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 
 use bhm_core::{
     geometry::Pose,
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
+    scan::ScanRejected,
     profile::{self, Capacities, Profile},
     scan::{ScanHeader, MAX_BEAMS, Scan},
 };
@@ -84,7 +85,7 @@ impl OnboardMap<144, 40> for Map<'_> {
         Ok(IntegrateReport::default())
     }
 
-    fn mapper(&self) -> &Mapper<'_, 144, 40> {
+    fn mapper(&self) -> &Mapper<'_, 2, 144, 40> {
         self.0.mapper()
     }
 

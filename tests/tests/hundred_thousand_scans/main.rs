@@ -117,7 +117,7 @@ impl OnboardMap<M, B> for Watched {
         result
     }
 
-    fn mapper(&self) -> &Mapper<'_, M, B> {
+    fn mapper(&self) -> &Mapper<'_, 2, M, B> {
         self.map.mapper()
     }
 
@@ -127,15 +127,15 @@ impl OnboardMap<M, B> for Watched {
 }
 
 /// An archive of a fixed size, as a robot's flash is: when it is full, what comes is lost.
-struct Shelf(Vec<Tile<M, B>>);
+struct Shelf(Vec<Tile<2, M, B>>);
 
-impl Archive<M, B> for Shelf {
-    fn keep(&mut self, tile: &Tile<M, B>) -> bool {
+impl Archive<2, M, B> for Shelf {
+    fn keep(&mut self, tile: &Tile<2, M, B>) -> bool {
         let place = self.0.iter_mut().find(|place| place.updates == 0 || place.index == tile.index);
         place.map(|place| place.clone_from_in_place(tile)).is_some()
     }
 
-    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<M, B>) -> bool {
+    fn bring_back(&mut self, index: &TileIndex<2>, tile: &mut Tile<2, M, B>) -> bool {
         let Some(place) = self.0.iter_mut().find(|place| place.updates > 0 && place.index == *index) else {
             return false;
         };

@@ -134,7 +134,7 @@ impl Link<M, B> for Robot {
         Ok(Incoming::Scan(IncomingScan { source: 1, sequence, last: false, received_ns: None, scan: self.scan() }))
     }
 
-    fn publish(&mut self, mapper: &Mapper<'_, M, B>, _: &News) -> Result<(), ()> {
+    fn publish(&mut self, mapper: &Mapper<'_, 2, M, B>, _: &News) -> Result<(), ()> {
         assert!(mapper.tiles().resident() <= PROFILE.capacities.tiles);
         Ok(())
     }

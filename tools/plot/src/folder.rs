@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::Context;
-use bhm_core::{geometry::Point, tile::Occupancy};
+use bhm_core::{geometry::Point, map::Occupancy};
 
 use crate::{
     chart::Figure,

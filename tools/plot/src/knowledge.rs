@@ -1,11 +1,6 @@
 //! What counts as known: a matter of variance, not of a probability near one half.
 
-use bhm_core::{
-    geometry::Point,
-    lattice::offsets,
-    settings::Model,
-    tile::{Occupancy, TileIndex},
-};
+use bhm_core::{geometry::Point, lattice::offsets, map::Occupancy, settings::Model, tile::TileIndex};
 
 use crate::picture::Bounds;
 
@@ -16,7 +11,7 @@ pub const KNOWN_DEVIATION: f32 = 8.0;
 /// Judges what a map made with certain settings says.
 #[derive(Clone, Copy, Debug)]
 pub struct Knowledge<'a> {
-    model: &'a Model<'a>,
+    model: &'a Model<'a, 2>,
 }
 
 impl<'a> Knowledge<'a> {

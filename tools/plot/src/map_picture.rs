@@ -3,11 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use bhm_core::{
-    geometry::Point,
-    settings::Model,
-    tile::{Occupancy, TileIndex},
-};
+use bhm_core::{geometry::Point, map::Occupancy, settings::Model, tile::TileIndex};
 use serde::Serialize;
 
 use crate::{
@@ -97,7 +93,7 @@ impl<F: Fn(&Point<2>) -> Occupancy> MapPicture<'_, F> {
 /// What was observed in these tiles with a margin around it, in whole metres; `None` if nothing was.
 #[must_use]
 pub fn worth_drawing(
-    model: &Model<'_>,
+    model: &Model<'_, 2>,
     tiles: &[TileIndex<2>],
     occupancy: impl Fn(&Point<2>) -> Occupancy,
 ) -> Option<Bounds> {

@@ -110,7 +110,7 @@ impl ShapeVisitor for Bytes<'_> {
     type Output = (usize, usize);
 
     fn visit<const M: usize, const B: usize>(self) -> (usize, usize) {
-        (size_of::<Tile<M, B>>(), state_bytes::<M, B>(self.0))
+        (size_of::<Tile<2, M, B>>(), state_bytes::<M, B>(self.0))
     }
 }
 

@@ -195,7 +195,7 @@ fn learn_points(
     durations
 }
 
-type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
+type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::scan::ScanRejected>;
 
 fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration {
     let start = Instant::now();

@@ -5,11 +5,7 @@ use std::{
 
 use anyhow::{Context, ensure};
 use bhm_bench::metrics::Scores;
-use bhm_core::{
-    geometry::Point,
-    settings::Model,
-    tile::{Occupancy, TileIndex},
-};
+use bhm_core::{geometry::Point, map::Occupancy, settings::Model, tile::TileIndex};
 use bhm_host::{
     snapshot::{self, Snapshot},
     stop_on_signals,
@@ -46,7 +42,7 @@ pub(crate) struct MappingRunOptions {
 
 /// A finished map, saved or read in shared memory, for those who ask it.
 pub(crate) struct FinishedMap<'a> {
-    pub(crate) model: Model<'static>,
+    pub(crate) model: Model<'static, 2>,
     pub(crate) tiles: Vec<TileIndex<2>>,
     pub(crate) occupancy: &'a dyn Fn(&Point<2>) -> Occupancy,
 }

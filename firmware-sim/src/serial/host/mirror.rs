@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use std::vec::Vec;
 
 use bhm_core::{
+    map::TileRef,
     posterior::PosteriorView,
     tile::{TileIndex, TileSource},
 };
@@ -223,8 +224,15 @@ impl<const M: usize, const B: usize> Mirror<M, B> {
     }
 }
 
-impl<const M: usize, const B: usize> TileSource<M, B> for Mirror<M, B> {
+impl<const M: usize, const B: usize> TileSource<2, M, B> for Mirror<M, B> {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         self.tiles.get(index).map(MirroredTile::view)
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
+        for tile in self.tiles.values() {
+            let TileVersion { index, updates, touched_at } = tile.version;
+            visit(&TileRef::new(index, updates, touched_at, &tile.view()));
+        }
     }
 }

@@ -7,12 +7,7 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bhm_core::{
-    geometry::{Pose, PoseCovariance},
-    profile::Profile,
-    scan::Scan,
-    tile::TileIndex,
-};
+use bhm_core::{profile::Profile, scan::Scan, tile::TileIndex};
 use bhm_host::ipc::{IpcError, NumberedScan, Place, ScanAddress};
 
 use super::{
@@ -173,27 +168,11 @@ impl<const M: usize, const B: usize> HostEnd<M, B> {
     pub fn scan(&mut self, numbered: &NumberedScan<'_>) -> Result<Option<&[u8]>, IpcError> {
         let Some(run) = self.device().map(|device| device.run) else { return Ok(None) };
         let NumberedScan { address: ScanAddress { source, sequence, place, .. }, scan } = *numbered;
-        let Scan { stamp_ns, angle_min_rad, angle_increment_rad, range_min_m, range_max_m, ranges_m, .. } = scan;
-        let Pose { x_m, y_m, theta_rad } = scan.map_from_sensor;
-        let covariance =
-            |it: PoseCovariance| [it.xx_m2, it.xy_m2, it.yy_m2, it.x_theta_m_rad, it.y_theta_m_rad, it.theta_rad2];
+        let Scan { header, ranges_m } = scan;
         let mut part = std::mem::take(&mut self.part);
         part.clear();
         part.extend(ranges_m.iter().flat_map(|range| range.to_le_bytes()));
-        let frame = ScanFrame {
-            run,
-            source,
-            sequence,
-            last: place == Place::Last,
-            stamp_ns,
-            map_from_sensor: [x_m, y_m, theta_rad],
-            pose_covariance: scan.pose_covariance.map(covariance),
-            angle_min_rad,
-            angle_increment_rad,
-            range_min_m,
-            range_max_m,
-            ranges_m: Bytes(&part),
-        };
+        let frame = ScanFrame { run, source, sequence, last: place == Place::Last, header, ranges_m: Bytes(&part) };
         let sent = self.send(&ToDevice::Scan(frame)).map(<[u8]>::len);
         self.part = part;
         let length = sent.map_err(|_| IpcError::TooManyBeams { beams: ranges_m.len() })?;

@@ -6,8 +6,9 @@ use std::vec;
 use std::vec::Vec;
 
 use bhm_core::{
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
     profile,
+    scan::ScanRejected,
     scan::{Scan, ScanHeader},
 };
 use rand::{Rng, SeedableRng};
@@ -33,7 +34,7 @@ impl OnboardMap<144, 40> for Recorder {
         self.map.integrate(scan)
     }
 
-    fn mapper(&self) -> &Mapper<'_, 144, 40> {
+    fn mapper(&self) -> &Mapper<'_, 2, 144, 40> {
         self.map.mapper()
     }
 

@@ -149,10 +149,7 @@ fn a_device_that_cannot_be_used_is_refused_by_name() {
             HelloFrame { profile: "indoor", ..hello() },
             "the device has the profile \"indoor\", this end has \"compact\"",
         ),
-        (
-            HelloFrame { settings: 1, ..hello() },
-            "other settings of the profile \"compact\": their digest is 00000001",
-        ),
+        (HelloFrame { settings: 1, ..hello() }, "other settings of the profile \"compact\": their digest is 00000001"),
         (HelloFrame { band: 41, ..hello() }, "144 supports in a band of 41, here 144 in a band of 40"),
         (HelloFrame { slots: 0, ..hello() }, "room for 0 tiles"),
         (HelloFrame { slots: u32::MAX, ..hello() }, "room for 4294967295 tiles, at most 46603 are believed"),

@@ -1,6 +1,6 @@
 use bhm_core::{
     geometry::PoseCovariance,
-    mapper::ScanRejected,
+    scan::ScanRejected,
     scan::{MAX_BEAMS, Scan, ScanHeader},
     settings::{Model, SettingsError},
     shape::{self, ShapeVisitor},
@@ -209,7 +209,7 @@ fn every_damage_to_a_status_is_named() {
 struct Check(PosteriorHeader);
 
 impl ShapeVisitor for Check {
-    type Output = Result<Model<'static>, PosteriorRejected>;
+    type Output = Result<Model<'static, 2>, PosteriorRejected>;
 
     fn visit<const M: usize, const B: usize>(self) -> Self::Output {
         self.0.check::<M, B>(&[], None)

@@ -1,7 +1,8 @@
 use bhm_core::{
     geometry::Point,
-    mapper::{IntegrateReport, ScanRejected},
+    mapper::IntegrateReport,
     profile::{Capacities, Profile},
+    scan::ScanRejected,
 };
 use bhm_host::map::{self, AnyMap};
 

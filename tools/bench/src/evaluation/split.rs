@@ -3,7 +3,7 @@ use std::fmt;
 
 use bhm_core::{
     geometry::{Point, Pose},
-    tile::Occupancy,
+    map::Occupancy,
 };
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 use rand::{Rng, SeedableRng};

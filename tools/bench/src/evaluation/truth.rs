@@ -1,4 +1,4 @@
-use bhm_core::{geometry::Point, settings::Model, tile::Occupancy};
+use bhm_core::{geometry::Point, map::Occupancy, settings::Model};
 use bhm_host::sim::World;
 use bhm_plot::knowledge::Knowledge;
 use rand::{Rng, SeedableRng};
@@ -16,7 +16,7 @@ pub struct Truth {
 impl Truth {
     /// Of so many points of the world's rectangle, drawn by lot, those that a map with this model knows.
     pub fn known_to(
-        model: &Model<'_>,
+        model: &Model<'_, 2>,
         occupancy: impl Fn(&Point<2>) -> Occupancy,
         world: &World,
         points: usize,

@@ -1,9 +1,9 @@
 use bhm_core::{
     em,
     geometry::{Place, Point},
+    map::Occupancy,
     posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowError, RowState, Rows, Scratch},
     settings::{Model, Settings, SettingsError},
-    tile::Occupancy,
 };
 use bhm_host::{ScanRecord, map::zeroed_box, supports::observe};
 
@@ -54,7 +54,7 @@ pub enum ScatteredError {
 #[derive(Debug)]
 pub struct DenseMap<const M: usize> {
     settings: Settings,
-    model: Model<'static>,
+    model: Model<'static, 2>,
     supports: Vec<ScatteredSupport>,
     posterior: Box<Posterior<M, M>>,
     scratch: Box<Scratch<M, M>>,

@@ -2,11 +2,11 @@ use super::*;
 use bhm_core::{
     geometry::Pose,
     kernel::KernelChoice,
+    map::Occupancy,
     profile::COMPACT,
     scan::ScanHeader,
     settings::Settings,
     support::{AnySupport, GaussianSupport},
-    tile::Occupancy,
 };
 use bhm_host::ScanRecord;
 use nalgebra::Matrix2;

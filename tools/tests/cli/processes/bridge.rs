@@ -13,9 +13,10 @@ use std::{
 };
 
 use bhm_core::{
-    mapper::{IntegrateReport, Mapper, ScanRejected},
+    mapper::{IntegrateReport, Mapper},
     profile::{self, Profile},
     scan::Scan,
+    scan::ScanRejected,
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
@@ -113,7 +114,7 @@ impl OnboardMap<144, 40> for Map {
         self.0.integrate(scan)
     }
 
-    fn mapper(&self) -> &Mapper<'_, 144, 40> {
+    fn mapper(&self) -> &Mapper<'_, 2, 144, 40> {
         self.0.mapper()
     }
 
