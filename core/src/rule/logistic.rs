@@ -1,8 +1,9 @@
 //! The logistic function and its expectations, in `f32`.
 
-/// `σ(z) = 1/(1 + e⁻ᶻ)`.
+/// The logistic function `σ(z) = 1/(1 + e⁻ᶻ)`: the probability of log-odds `z`.
 #[inline]
-pub(crate) fn sigmoid(z: f32) -> f32 {
+#[must_use]
+pub fn sigmoid(z: f32) -> f32 {
     let e = libm::expf(-z.abs());
     let small = e / (1.0 + e);
     if z < 0.0 { small } else { 1.0 - small }

@@ -9,6 +9,7 @@ pub(crate) mod logistic;
 
 pub use gaussian_variational::GaussianVariational;
 pub use jaakkola_jordan::{JaakkolaJordan, XiStart};
+pub use logistic::sigmoid;
 
 use crate::posterior::{Moments, Site};
 
