@@ -145,7 +145,7 @@ impl Work {
 }
 
 /// What a unit of work costs, instructions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instructions {
     /// Whatever the scan.
     pub scan: u64,

@@ -131,7 +131,8 @@ impl Counters {
             + self.rejected_otherwise
     }
 
-    pub(crate) fn count_integrated(&mut self, report: &IntegrateReport) {
+    /// Adds a scan that was learned.
+    pub fn count_integrated(&mut self, report: &IntegrateReport) {
         self.integrated += 1;
         let IntegrateReport { beams, observations, .. } = report;
         for (counter, more) in [
@@ -164,7 +165,8 @@ impl Counters {
         }
     }
 
-    pub(crate) fn count_rejected(&mut self, reason: &ScanRejected) {
+    /// Adds a scan that was refused.
+    pub fn count_rejected(&mut self, reason: &ScanRejected) {
         *match reason {
             ScanRejected::TooManyBeams { .. } => &mut self.rejected_too_many_beams,
             ScanRejected::PoseNotFinite => &mut self.rejected_pose_not_finite,

@@ -1,6 +1,6 @@
 //! The logistic function and its expectations, in `f32`.
 
-/// `σ(z) = 1/(1 + e⁻ᶻ)`.
+/// The logistic function `σ(z) = 1/(1 + e⁻ᶻ)`: the probability of log-odds `z`.
 #[inline]
 #[must_use]
 pub fn sigmoid(z: f32) -> f32 {

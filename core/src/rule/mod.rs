@@ -9,6 +9,7 @@ pub mod logistic;
 
 pub use gaussian_variational::GaussianVariational;
 pub use jaakkola_jordan::{JaakkolaJordan, XiStart};
+pub use logistic::sigmoid;
 
 use crate::{
     define::sum_type,

@@ -1,4 +1,5 @@
-//! What scans cost, without learning them: rows and tiles are counted, instructions follow from them.
+//! What scans cost a computer: rows and tiles are counted, without learning where need be, and instructions follow from them, as
+//! [`budget`](bhm_firmware_sim::budget) has them follow from an update's work on a microcontroller.
 
 use std::collections::HashSet;
 
@@ -9,6 +10,7 @@ use bhm_core::{
     settings::{Settings, SettingsError},
     tile::TileIndex,
 };
+use bhm_firmware_sim::budget::{Instructions, Work};
 use bhm_host::{ScanRecord, supports::observe};
 
 /// Instructions that were counted, with the tile that the kernel calls for.
@@ -67,26 +69,32 @@ const COUNTED: [Counted; 3] = [
     },
 ];
 
-/// Instructions of so many rows and passes over tiles, equal on every machine. Passes cost what the stencil decides, features
-/// what the kernel does, in proportion to the nodes of the stencil; with a tile of another shape passes scale by its `M·B²`.
-///
-/// # Errors
-/// Settings that contradict themselves.
-pub fn instructions(settings: &Settings, rows: u64, tile_passes: u64) -> Result<f64, SettingsError> {
+/// What a unit of work costs a computer, estimated: equal on every machine. Passes cost what the stencil decides, features what
+/// the kernel does, in proportion to the nodes of the stencil; with a tile of another shape passes scale by its `M·B²`.
+fn unit(settings: &Settings) -> Result<Instructions, SettingsError> {
     let window = settings.model()?.tiling.window(&[0, 0]);
     let [kernel, ..] = &COUNTED;
     let kernel = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(kernel);
     let shape = COUNTED.iter().find(|counted| counted.stencil == settings.stencil).unwrap_or(kernel);
     let work = |supports: usize, band: usize| (supports * band * band) as f64;
-    let tile_pass =
+    let pass =
         shape.tile_pass * work(window.supports(), window.band(settings.stencil)) / work(shape.supports, shape.band);
     let features = match settings.beam {
         BeamChoice::PointSamples => kernel.point,
         BeamChoice::LineSegments => kernel.segment,
     };
     let nodes = (settings.stencil as f64 / kernel.stencil as f64).powi(2);
-    let row = features * nodes + f64::from(settings.passes) * shape.row_pass;
-    Ok(tile_passes as f64 * tile_pass + rows as f64 * row)
+    let [pass, row, row_pass] = [pass, features * nodes, shape.row_pass].map(|count| count.round() as u64);
+    Ok(Instructions { pass, row, row_pass, ..Instructions::default() })
+}
+
+/// Instructions of so many rows and passes over tiles.
+///
+/// # Errors
+/// Settings that contradict themselves.
+pub fn instructions(settings: &Settings, rows: u64, passes: u64) -> Result<f64, SettingsError> {
+    let work = Work { rows, row_passes: rows * u64::from(settings.passes), passes, ..Work::default() };
+    Ok(work.instructions(&unit(settings)?) as f64)
 }
 
 /// What scans ask of a map.

@@ -16,6 +16,7 @@ pub mod metrics;
 pub mod progress;
 pub mod reading;
 pub mod reproduction;
+pub mod reservoir;
 pub mod scattered;
 pub mod search;
 pub mod text;

@@ -17,14 +17,14 @@ pub struct Knowledge<'a> {
 impl<'a> Knowledge<'a> {
     /// Of a map with these settings.
     #[must_use]
-    pub fn of(model: &'a Model) -> Self {
+    pub fn of(model: &'a Model<'_, 2>) -> Self {
         Self { model }
     }
 
     /// The variance of the log-odds at a point where nothing was ever observed; `None` where the map cannot reach.
     fn prior_variance(&self, point_m: &Point<2>) -> Option<f32> {
         let features = self.model.basis.features(point_m)?;
-        Some(self.model.prior.variance(features.values.iter().copied(), features.bias))
+        Some(self.model.prior.variance(&features.values, features.bias))
     }
 
     /// Whether something was learned about the point: its standard deviation is below [`KNOWN_DEVIATION`] and, lest a narrow

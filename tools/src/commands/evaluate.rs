@@ -97,7 +97,7 @@ impl Evaluate {
             Training::Points(scans) => learn_points(&mut *map, scans, options.profile.capacities.points, &mut learned),
         };
         // They were NaN to the map, but they are not the log's fault.
-        learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(task.beams_removed);
+        learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(task.beams_removed);
         learned.warn(&options.profile);
         let learning_s = durations.iter().sum::<Duration>().as_secs_f64();
 

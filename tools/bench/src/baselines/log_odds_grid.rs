@@ -38,7 +38,7 @@ fn log_odds(probability: f32) -> f32 {
 
 /// What the present scan says of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Said {
+enum Evidence {
     #[default]
     Nothing,
     Miss,
@@ -52,7 +52,7 @@ struct LogOddsGrid {
     /// Least and greatest log-odds.
     clamps: [f32; 2],
     /// By cell; nothing between scans.
-    said: Vec<Said>,
+    evidence: Vec<Evidence>,
     /// The cells of which the present scan says something.
     touched: Vec<usize>,
 }
@@ -64,19 +64,19 @@ impl LogOddsGrid {
             cells,
             log_odds: vec![0.0; cells.count()],
             clamps: clamps.map(log_odds),
-            said: vec![Said::Nothing; cells.count()],
+            evidence: vec![Evidence::Nothing; cells.count()],
             touched: Vec::new(),
         })
     }
 
-    fn say(&mut self, slot: Option<usize>, what: Said) {
+    fn observe(&mut self, slot: Option<usize>, what: Evidence) {
         let Some(slot) = slot else { return };
-        match (self.said[slot], what) {
-            (Said::Nothing, _) => {
-                self.said[slot] = what;
+        match (self.evidence[slot], what) {
+            (Evidence::Nothing, _) => {
+                self.evidence[slot] = what;
                 self.touched.push(slot);
             }
-            (Said::Miss, Said::Hit) => self.said[slot] = what,
+            (Evidence::Miss, Evidence::Hit) => self.evidence[slot] = what,
             _ => {}
         }
     }
@@ -84,9 +84,9 @@ impl LogOddsGrid {
     fn commit(&mut self) {
         let [least, greatest] = self.clamps;
         for slot in self.touched.drain(..) {
-            let change = log_odds(if self.said[slot] == Said::Hit { HIT } else { MISS });
+            let change = log_odds(if self.evidence[slot] == Evidence::Hit { HIT } else { MISS });
             self.log_odds[slot] = (self.log_odds[slot] + change).clamp(least, greatest);
-            self.said[slot] = Said::Nothing;
+            self.evidence[slot] = Evidence::Nothing;
         }
     }
 }
@@ -103,16 +103,16 @@ impl Baseline for LogOddsGrid {
                 let cells = self.cells;
                 cells.traverse(origin_m, ray.end_m, |cell| {
                     if cell != end {
-                        self.say(cells.slot(cell), Said::Miss);
+                        self.observe(cells.slot(cell), Evidence::Miss);
                     }
                 });
                 if ray.hit {
-                    self.say(cells.slot(end), Said::Hit);
+                    self.observe(cells.slot(end), Evidence::Hit);
                 }
             }
         } else {
             for (point_m, occupied) in shown.points() {
-                self.say(self.cells.slot_at(point_m), if occupied { Said::Hit } else { Said::Miss });
+                self.observe(self.cells.slot_at(point_m), if occupied { Evidence::Hit } else { Evidence::Miss });
             }
         }
         self.commit();
@@ -125,7 +125,7 @@ impl Baseline for LogOddsGrid {
     }
 
     fn memory_bytes(&self) -> usize {
-        size_of_val(&self.log_odds[..]) + size_of_val(&self.said[..])
+        size_of_val(&self.log_odds[..]) + size_of_val(&self.evidence[..])
     }
 }
 
@@ -195,7 +195,7 @@ mod tests {
         let before = (grid.touched.as_ptr(), grid.touched.capacity());
         grid.integrate(&shown).unwrap();
         assert_eq!(before, (grid.touched.as_ptr(), grid.touched.capacity()));
-        assert!(grid.said.iter().all(|said| *said == Said::Nothing));
+        assert!(grid.evidence.iter().all(|evidence| *evidence == Evidence::Nothing));
     }
 
     #[test]

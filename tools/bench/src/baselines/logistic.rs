@@ -2,10 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// `σ(f)`.
-pub(super) fn sigmoid(f: f64) -> f64 {
-    if f >= 0.0 { 1.0 / (1.0 + (-f).exp()) } else { f.exp() / (1.0 + f.exp()) }
-}
+use crate::metrics::sigmoid;
 
 /// The log-odds `m/√(1 + πs²/8)` of the mean probability (MacKay 1992).
 pub(super) fn moderated(mean: f64, variance: f64) -> f64 {

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     baselines::{Baseline, Failed, Prediction, Setup},
     evaluation::{Task, TestPoints, Timing, TrainingScan},
-    metrics::{ScoreError, Scores},
+    metrics::{ScoreError, Scores, sigmoid},
 };
 
 /// Test points that a checkpoint is scored on, at most: some methods answer slowly.
@@ -153,7 +153,7 @@ fn unseen_scores(baseline: &mut dyn Baseline, places: &UnseenPlaces) -> Result<O
     let scores = Scores::of(&logits, &places.occupied)?;
     let probabilities = |wanted: bool| {
         let of = logits.iter().zip(&places.occupied).filter(|(_, occupied)| **occupied == wanted);
-        Quantiles::of(of.map(|(logit, _)| 1.0 / (1.0 + (-logit).exp())).collect())
+        Quantiles::of(of.map(|(logit, _)| sigmoid(*logit)).collect())
     };
     Ok(probabilities(true).zip(probabilities(false)).map(|(inside, outside)| UnseenScores { scores, inside, outside }))
 }

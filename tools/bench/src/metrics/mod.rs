@@ -136,8 +136,10 @@ impl Prediction {
     }
 }
 
-/// An `exp` that overflows to infinity gives the right limit, 0.
-fn sigmoid(z: f64) -> f64 {
+/// The logistic function `σ(z) = 1/(1 + e⁻ᶻ)`: the probability of log-odds `z`. An `exp` that overflows to infinity gives the
+/// right limit, 0.
+#[must_use]
+pub fn sigmoid(z: f64) -> f64 {
     1.0 / (1.0 + (-z).exp())
 }
 

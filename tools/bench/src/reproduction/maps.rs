@@ -9,6 +9,7 @@ use crate::{
     baselines::{Baseline, Failed},
     contest::{Contestant, Dataset, Loaded, load, setup},
     evaluation::{Held, Task},
+    metrics::sigmoid,
     progress,
 };
 
@@ -96,7 +97,7 @@ fn draw(baseline: &mut dyn Baseline, task: &Task, title: &str) -> anyhow::Result
     let at = |x: f32, y: f32| {
         let [column, row] = [(x - min[0], 0), (y - min[1], 1)]
             .map(|(along_m, axis)| ((along_m / step_m) as usize).min(shape[axis].saturating_sub(1)));
-        (1.0 / (1.0 + (-values[row * shape[0] + column].logit).exp())) as f32
+        sigmoid(values[row * shape[0] + column].logit) as f32
     };
     Ok(picture.render(at)?)
 }

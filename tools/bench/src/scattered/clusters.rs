@@ -15,6 +15,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Cluster;
+use crate::reservoir::{Reservoir, put};
 
 /// Most clusters that are looked for: each observation asks every one of them.
 pub const MAX_CLUSTERS: usize = 4_096;
@@ -94,9 +95,14 @@ pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
 #[must_use]
 pub fn k_means(each: impl Fn(&mut dyn FnMut(Observation)), clusters: usize, passes: u32, seed: u64) -> Vec<Cluster> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut reservoir = Reservoir { kept: Vec::new(), room: clusters * SEEDS_PER_CLUSTER, seen: 0 };
-    each(&mut |observation| reservoir.offer(observation, &mut rng));
-    let mut found = seeds(&reservoir.kept, clusters, &mut rng);
+    let (mut reservoir, mut kept) = (Reservoir::default(), Vec::new());
+    each(&mut |observation| {
+        let draw = |seen| rng.random_range(0..seen as usize) as u64;
+        if let Some(place) = reservoir.offer(clusters * SEEDS_PER_CLUSTER, draw) {
+            put(&mut kept, place, observation);
+        }
+    });
+    let mut found = seeds(&kept, clusters, &mut rng);
     if found.is_empty() {
         return found;
     }
@@ -120,24 +126,6 @@ pub struct Observation {
     pub at_m: Point<2>,
     /// How much it counts, above zero.
     pub weight: f64,
-}
-
-/// A uniform sample of all that is offered (Vitter's algorithm R).
-struct Reservoir {
-    kept: Vec<Observation>,
-    room: usize,
-    seen: usize,
-}
-
-impl Reservoir {
-    fn offer(&mut self, observation: Observation, rng: &mut impl Rng) {
-        self.seen += 1;
-        if self.kept.len() < self.room {
-            self.kept.push(observation);
-        } else if let Some(slot) = self.kept.get_mut(rng.random_range(0..self.seen)) {
-            *slot = observation;
-        }
-    }
 }
 
 /// First centres, each drawn with the probability of an observation's weight times its squared distance to the nearest

@@ -3,21 +3,15 @@
 use std::time::Instant;
 
 use bhm_bench::{
+    cost,
     evaluation::{BeamSplit, Timing},
     metrics::Scores,
     search::{Judged, Worth},
 };
-use bhm_core::{mapper::IntegrateReport, profile::Profile};
-use bhm_host::map;
 use serde::Serialize;
 
 use super::By;
 use crate::{options::Effective, progress, reports::Learned};
-
-/// Instructions that a tile and a row take in a pass, with tiles of 144 supports in a band of 40 and a stencil of 4: what
-/// `cargo bench -p bhm-tools --bench instructions` finds, there within 2 % of every scan of a recorded log.
-const TILE_PASS: f64 = 355e3;
-const ROW_PASS: f64 = 3.9e3;
 
 /// What came of a candidate.
 #[derive(Clone, Debug, Serialize)]
@@ -83,12 +77,12 @@ impl Trial {
 
 fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
     let BeamSplit { training: scans, test: points, held: beams_removed, .. } = split;
-    let (mut map, shape) = match options.open().and_then(|map| Ok((map, map::shape(&options.profile)?))) {
-        Ok(opened) => opened,
+    let mut map = match options.open() {
+        Ok(map) => map,
         Err(error) => return TrialResult::Refused(error.to_string()),
     };
     let (mut learned, mut durations) = (Learned::default(), Vec::with_capacity(scans.len()));
-    let (mut objective, mut rows, mut work) = (0.0, 0, 0.0);
+    let (mut objective, mut rows, mut passes) = (0.0, 0, 0);
     for scan in progress::over(scans.iter(), name) {
         let start = Instant::now();
         let outcome = map.integrate(&scan.as_scan());
@@ -96,15 +90,15 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
         if let Ok(report) = &outcome {
             objective += f64::from(report.objective);
             rows += u64::from(report.rows);
-            work += work_of(report, &options.profile, shape);
+            passes += u64::from(report.passes);
         }
         learned.add(outcome);
     }
     // They were NaN to the map, but they are not the log's fault.
-    learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(*beams_removed as u64);
+    learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(*beams_removed as u64);
     // The rows of an update that failed have no objective, and what it would have learned is missing.
-    if learned.tiles_failed > 0 {
-        return TrialResult::Failed(format!("{} updates of a tile failed", learned.tiles_failed));
+    if learned.0.tiles_failed > 0 {
+        return TrialResult::Failed(format!("{} updates of a tile failed", learned.0.tiles_failed));
     }
     if rows == 0 {
         return TrialResult::Failed("nothing could be learned".to_owned());
@@ -112,6 +106,10 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
     let scores = match points.score(|point_m| map.occupancy(point_m)) {
         Ok(scores) => scores,
         Err(error) => return TrialResult::Failed(error.to_string()),
+    };
+    let work = match cost::instructions(&options.profile.settings, rows, passes) {
+        Ok(work) => work,
+        Err(error) => return TrialResult::Refused(error.to_string()),
     };
     let (resident, archived) = map.tile_counts();
     let tiles = resident + archived;
@@ -125,29 +123,4 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
         map_bytes: tiles * map.bytes().1,
         learned,
     }))
-}
-
-/// Instructions that a scan takes. Factor and selected inverse of `M` supports in a band of `B` are of the order of `M·B²`,
-/// and a row of `stencil²` entries adds as many products as pairs of them: so do the measured figures scale.
-fn work_of(report: &IntegrateReport, profile: &Profile, (supports, band): (usize, usize)) -> f64 {
-    let tile_pass = TILE_PASS * (supports * band * band) as f64 / f64::from(144 * 40 * 40);
-    let row_pass = ROW_PASS * (profile.settings.stencil as f64 / 4.0).powi(4);
-    f64::from(report.passes) * tile_pass + f64::from(report.rows) * f64::from(profile.settings.passes) * row_pass
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bhm_core::profile;
-
-    #[test]
-    fn the_measured_scan_costs_what_was_measured() {
-        // The README's average: 20.3 million instructions at three passes.
-        let report = IntegrateReport { passes: 3 * 8, rows: 1_000, ..Default::default() };
-        assert_eq!(work_of(&report, &profile::COMPACT, (144, 40)), 24.0 * 355e3 + 3_000.0 * 3.9e3);
-        let wide = profile::COMPACT.settings.with_kernel(bhm_core::kernel::KernelChoice::SquaredExponential);
-        let wide = Profile { settings: wide, ..profile::COMPACT };
-        let times = work_of(&report, &wide, (196, 76)) / work_of(&report, &profile::COMPACT, (144, 40));
-        assert!((4.8..5.2).contains(&times), "{times}");
-    }
 }

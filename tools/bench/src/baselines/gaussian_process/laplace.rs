@@ -4,8 +4,8 @@ use super::super::{
     Failed,
     dense_algebra::{Cholesky, column, product, squared_columns, transposed_times},
     kernel::SquaredExponential,
-    logistic::sigmoid,
 };
+use crate::metrics::sigmoid;
 
 /// Newton's steps at most.
 const MOST_STEPS: usize = 30;

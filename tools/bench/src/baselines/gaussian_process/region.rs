@@ -2,6 +2,7 @@ use rand::Rng;
 
 use super::super::{Failed, kernel::SquaredExponential};
 use super::laplace::Laplace;
+use crate::reservoir::{Reservoir, put};
 
 /// What a part of the plane is known by: a uniform sample of the points in and around it, and the classifier of all of them.
 #[derive(Default)]
@@ -10,26 +11,18 @@ pub(super) struct Region {
     occupied: Vec<bool>,
     /// Where the next fit begins: `a` of each point, 0 of a new one.
     start: Vec<f64>,
-    seen: u64,
+    reservoir: Reservoir,
     fit: Option<Laplace>,
     changed: bool,
 }
 
 impl Region {
-    /// Vitter's algorithm R.
+    /// Takes the point into the sample, perhaps.
     pub(super) fn offer(&mut self, point_m: [f64; 2], occupied: bool, room: usize, rng: &mut impl Rng) {
-        self.seen += 1;
-        if self.points_m.len() < room {
-            self.points_m.push(point_m);
-            self.occupied.push(occupied);
-            self.start.push(0.0);
-        } else if let Some(slot) = usize::try_from(rng.random_range(0..self.seen)).ok().filter(|slot| *slot < room) {
-            self.points_m[slot] = point_m;
-            self.occupied[slot] = occupied;
-            self.start[slot] = 0.0;
-        } else {
-            return;
-        }
+        let Some(place) = self.reservoir.offer(room, |seen| rng.random_range(0..seen)) else { return };
+        put(&mut self.points_m, place, point_m);
+        put(&mut self.occupied, place, occupied);
+        put(&mut self.start, place, 0.0);
         self.changed = true;
     }
 

@@ -17,6 +17,7 @@ mod fourier;
 mod nystrom;
 mod sparse;
 
+use bhm_core::rule::sigmoid;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -221,10 +222,6 @@ impl Weights {
     fn bytes(&self) -> usize {
         self.now.len() * (3 * size_of::<f32>() + size_of::<u32>() + size_of::<u64>())
     }
-}
-
-fn sigmoid(logit: f32) -> f32 {
-    1.0 / (1.0 + (-logit).exp())
 }
 
 fn sparse_product(indices: &[u32], values: &[f32], weights: &[f32]) -> f32 {

@@ -1,28 +1,25 @@
 use rand::Rng;
 
-/// Points that are kept at most; beyond, a uniform sample of all (Vitter's algorithm R).
+use crate::reservoir::{Reservoir, put};
+
+/// Points that are kept at most; beyond, a uniform sample of all.
 const MOST_KEPT: usize = 1 << 20;
 
 /// What was learned before, to be learned again.
 #[derive(Default)]
 pub(super) struct History {
     kept: Vec<([f32; 2], bool)>,
-    seen: u64,
+    reservoir: Reservoir,
 }
 
 impl History {
     pub(super) fn seen(&self) -> u64 {
-        self.seen
+        self.reservoir.seen()
     }
 
     pub(super) fn add(&mut self, point: ([f32; 2], bool), rng: &mut impl Rng) {
-        self.seen += 1;
-        if self.kept.len() < MOST_KEPT {
-            self.kept.push(point);
-        } else if let Some(slot) =
-            usize::try_from(rng.random_range(0..self.seen)).ok().and_then(|i| self.kept.get_mut(i))
-        {
-            *slot = point;
+        if let Some(place) = self.reservoir.offer(MOST_KEPT, |seen| rng.random_range(0..seen)) {
+            put(&mut self.kept, place, point);
         }
     }
 
