@@ -63,7 +63,7 @@ pub struct ScanHeader {
 /// those below `range_min_m` are dropped one by one and counted.
 ///
 /// ```
-/// use bhm_core::{beam::BeamLimits, geometry::Pose, scan::{Scan, ScanHeader, Sweep}};
+/// use bhm_core::{beam::BeamLimits, geometry::Pose, scan::{Scan, ScanHeader}};
 ///
 /// let header = ScanHeader {
 ///     map_from_sensor: Pose::new(1.0, 2.0, 0.0),
@@ -83,6 +83,23 @@ pub struct Scan<'a> {
     pub header: ScanHeader,
     /// One range per beam, metres; at most [`MAX_BEAMS`].
     pub ranges_m: &'a [f32],
+}
+
+impl<'a> Scan<'a> {
+    /// Every beam as a ray in the map frame, in the order of the beams, unusable readings included. Calling it again starts
+    /// again.
+    #[inline(always)]
+    pub fn rays(&self, limits: &BeamLimits) -> impl Iterator<Item = Ray<2>> + use<'a> {
+        let ScanHeader { map_from_sensor: pose, angle_min_rad, angle_increment_rad, range_min_m, range_max_m, .. } =
+            self.header;
+        let limits = *limits;
+        self.ranges_m.iter().enumerate().map(move |(number, range_m)| Ray {
+            number,
+            origin_m: pose.position(),
+            direction: pose.direction(angle_min_rad + number as f32 * angle_increment_rad),
+            reading: Reading::new(*range_m, range_min_m, range_max_m, &limits),
+        })
+    }
 }
 
 impl Sweep<2> for Scan<'_> {
@@ -124,14 +141,7 @@ impl Sweep<2> for Scan<'_> {
 
     #[inline(always)]
     fn rays(&self, limits: &BeamLimits) -> impl Iterator<Item = Ray<2>> {
-        let ScanHeader { map_from_sensor: pose, angle_min_rad, angle_increment_rad, range_min_m, range_max_m, .. } =
-            self.header;
-        self.ranges_m.iter().enumerate().map(move |(number, range_m)| Ray {
-            number,
-            origin_m: pose.position(),
-            direction: pose.direction(angle_min_rad + number as f32 * angle_increment_rad),
-            reading: Reading::new(*range_m, range_min_m, range_max_m, limits),
-        })
+        Scan::rays(self, limits)
     }
 
     #[inline]

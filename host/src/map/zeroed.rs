@@ -19,7 +19,10 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for Posterior<M, B> {}
 // SAFETY: scratch is floats and arrays of floats.
 unsafe impl<const M: usize, const B: usize> PlainNumbers for Scratch<M, B> {}
 
-pub(crate) fn zeroed_box<T: PlainNumbers>() -> Box<T> {
+/// A value allocated zeroed, in place: nothing large crosses the stack.
+#[must_use]
+#[expect(private_bounds, reason = "the trait is this module's own list of types that may be zeroed")]
+pub fn zeroed_box<T: PlainNumbers>() -> Box<T> {
     // SAFETY: the bytes are zero, which `PlainNumbers` says is a value of T.
     unsafe { Box::<T>::new_zeroed().assume_init() }
 }

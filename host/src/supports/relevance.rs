@@ -2,7 +2,6 @@ use bhm_core::{
     beam::{BeamRule, Observation},
     lattice::{Lattice, Window},
     relevance::{NodeStatistics, Relevance, RelevanceSettings},
-    scan::Sweep,
     settings::{Settings, SettingsError},
     support::SupportTable,
 };

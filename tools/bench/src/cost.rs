@@ -4,9 +4,8 @@
 use std::collections::HashSet;
 
 use bhm_core::{
-    beam::BeamChoice,
+    beam::AnyBeamRule,
     geometry::Place,
-    kernel::KernelChoice,
     settings::{Settings, SettingsError},
     tile::TileIndex,
 };
@@ -15,13 +14,14 @@ use bhm_host::{ScanRecord, supports::observe};
 
 /// Instructions that were counted, with the tile that the kernel calls for.
 ///
-/// By callgrind within `integrate_avx2` of `bhm evaluate --profile compact`, built with the dev profile, on every 30th scan of
+/// By callgrind within the mapper's `integrate` of `bhm evaluate --profile compact`, built with the dev profile, on every 30th scan of
 /// the Intel log: with 1 and 3 passes, which tells a row's features, computed once, from what each pass does with them, and
 /// with two densities of points, which tells rows from tiles. Debug assertions count, so that these are some tenths more than
 /// a release build takes; only their ratios matter here. `cargo bench -p bhm-tools --bench instructions -- LOG every=30
 /// kernel=… beam-rule=… passes=…` finds them for a release build. Of two scales, `row_pass` and `segment` are extrapolated.
 struct Counted {
-    kernel: KernelChoice,
+    /// Name of the kernel.
+    kernel: &'static str,
     /// Tile shape they were counted with.
     supports: usize,
     band: usize,
@@ -38,7 +38,7 @@ struct Counted {
 
 const COUNTED: [Counted; 3] = [
     Counted {
-        kernel: KernelChoice::CubicBSpline,
+        kernel: "cubic-b-spline",
         supports: 144,
         band: 40,
         stencil: 4,
@@ -48,7 +48,7 @@ const COUNTED: [Counted; 3] = [
         segment: 18.6e3,
     },
     Counted {
-        kernel: KernelChoice::SquaredExponential,
+        kernel: "squared-exponential",
         supports: 196,
         band: 76,
         stencil: 6,
@@ -58,7 +58,7 @@ const COUNTED: [Counted; 3] = [
         segment: 31.5e3,
     },
     Counted {
-        kernel: KernelChoice::TwoScales,
+        kernel: "two-scales",
         supports: 256,
         band: 120,
         stencil: 8,
@@ -72,18 +72,18 @@ const COUNTED: [Counted; 3] = [
 /// What a unit of work costs a computer, estimated: equal on every machine. Passes cost what the stencil decides, features what
 /// the kernel does, in proportion to the nodes of the stencil; with a tile of another shape passes scale by its `M·B²`.
 fn unit(settings: &Settings) -> Result<Instructions, SettingsError> {
-    let window = settings.model()?.tiling.window(&[0, 0]);
+    settings.model()?;
+    let (stencil, supports, band) = (settings.tile.stencil, settings.supports(), settings.band());
     let [kernel, ..] = &COUNTED;
-    let kernel = COUNTED.iter().find(|counted| counted.kernel == settings.kernel).unwrap_or(kernel);
-    let shape = COUNTED.iter().find(|counted| counted.stencil == settings.stencil).unwrap_or(kernel);
+    let kernel = COUNTED.iter().find(|counted| counted.kernel == settings.kernel.name()).unwrap_or(kernel);
+    let shape = COUNTED.iter().find(|counted| counted.stencil == stencil).unwrap_or(kernel);
     let work = |supports: usize, band: usize| (supports * band * band) as f64;
-    let pass =
-        shape.tile_pass * work(window.supports(), window.band(settings.stencil)) / work(shape.supports, shape.band);
+    let pass = shape.tile_pass * work(supports, band) / work(shape.supports, shape.band);
     let features = match settings.beam {
-        BeamChoice::PointSamples => kernel.point,
-        BeamChoice::LineSegments => kernel.segment,
+        AnyBeamRule::PointSamples(_) => kernel.point,
+        AnyBeamRule::LineSegments(_) => kernel.segment,
     };
-    let nodes = (settings.stencil as f64 / kernel.stencil as f64).powi(2);
+    let nodes = (stencil as f64 / kernel.stencil as f64).powi(2);
     let [pass, row, row_pass] = [pass, features * nodes, shape.row_pass].map(|count| count.round() as u64);
     Ok(Instructions { pass, row, row_pass, ..Instructions::default() })
 }
@@ -123,7 +123,7 @@ impl Load {
                     touched.insert(tile);
                 }
             };
-            observe(scan, settings, &model.beam, |observed| match observed.place {
+            observe(scan, settings, |observed| match observed.place {
                 Place::Segment { from_m, to_m } => {
                     lattice.cut(from_m, to_m).for_each(|(from_m, to_m)| row(&Place::Segment { from_m, to_m }));
                 }
@@ -171,9 +171,10 @@ mod tests {
     #[test]
     fn a_count_is_what_a_map_learns() {
         let scans: Vec<ScanRecord> = Scene::named("building").unwrap().simulate(1).step_by(40).take(4).collect();
-        for beam in BeamChoice::ALL {
+        for beam in AnyBeamRule::ALL {
             let settings = Settings { beam: *beam, ..COMPACT.settings };
-            let capacities = bhm_core::profile::Capacities { points: 1 << 15, rows: 1 << 15, ..COMPACT.capacities };
+            let capacities =
+                bhm_core::profile::Capacities { observations: 1 << 15, rows: 1 << 15, ..COMPACT.capacities };
             let mut map = map::open(&Profile { settings, capacities, ..COMPACT }).unwrap();
             let (mut learned, mut passes) = (Load::default(), 0);
             for scan in &scans {

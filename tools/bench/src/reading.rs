@@ -34,7 +34,8 @@ pub fn scan_log(path: &Path, report: &ReadReport) {
 pub fn recorded_s(scans: &[ScanRecord], report: &ReadReport) -> Option<f64> {
     // Repaired stamps are nanoseconds apart: a few do no harm, many say nothing about time.
     let real = report.stamps_repaired * 10 < report.scans;
-    let span_ns = scans.last().zip(scans.first()).map_or(0, |(last, first)| last.stamp_ns - first.stamp_ns);
+    let span_ns =
+        scans.last().zip(scans.first()).map_or(0, |(last, first)| last.header.stamp_ns - first.header.stamp_ns);
     (real && span_ns > 0).then(|| span_ns as f64 / 1e9)
 }
 

@@ -1,4 +1,5 @@
 use bhm_core::{
+    beam::Observation,
     geometry::Point,
     mapper::IntegrateReport,
     profile::{Capacities, Profile},
@@ -18,7 +19,7 @@ pub(super) const ENTRIES: &[Entry] = &[Entry {
 }];
 
 /// Labelled points of a scan beyond which they are learned in pieces.
-const CAPACITIES: Capacities = Capacities { tiles: 1_024, points: 1 << 16, rows: 1 << 16, touched: 1 << 13 };
+const CAPACITIES: Capacities = Capacities { tiles: 1_024, observations: 1 << 16, rows: 1 << 16, touched: 1 << 13 };
 
 /// The map every other command makes, through the interface every program has.
 pub(super) struct Ours {
@@ -42,7 +43,7 @@ impl Ours {
             + report.rows_refused
             + report.tiles_failed
             + report.tiles_lost
-            + report.points.over_capacity
+            + report.observations.over_capacity
             + report.beams.over_capacity;
         let passes = u64::from(self.map.settings().passes);
         self.work = [self.work[0] + u64::from(report.passes), self.work[1] + u64::from(report.rows) * passes];
@@ -61,10 +62,10 @@ impl Baseline for Ours {
             let outcome = self.map.integrate(&scan.as_scan());
             return self.count(outcome);
         }
-        let (points_m, occupied): (Vec<Point<2>>, Vec<bool>) =
-            shown.points().map(|(point_m, occupied)| (Point::from(point_m), occupied)).unzip();
-        for (points_m, occupied) in points_m.chunks(CAPACITIES.points).zip(occupied.chunks(CAPACITIES.points)) {
-            let outcome = self.map.integrate_points(points_m, occupied);
+        let observations: Vec<_> =
+            shown.points().map(|(point_m, occupied)| Observation::at_point(Point::from(point_m), occupied)).collect();
+        for observations in observations.chunks(CAPACITIES.observations) {
+            let outcome = self.map.integrate_observations(observations);
             self.count(outcome)?;
         }
         Ok(())

@@ -3,7 +3,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bhm_core::profile::{self, Profile};
+use bhm_core::{
+    beam::{AnyBeamRule, PointSamples},
+    profile::{self, Profile},
+};
 use bhm_host::{
     ScanRecord,
     dataset::{self, DatasetError, PointLog, PointReport, ReadOptions, ReadReport},
@@ -166,7 +169,11 @@ impl Loaded {
     #[must_use]
     pub fn sampling(&self, seed: u64) -> Sampling {
         let settings = &self.dataset.profile.settings;
-        Sampling { limits: settings.limits, free_spacing_m: settings.free_spacing_m, gap_m: settings.gap_m, seed }
+        let (free_spacing_m, gap_m) = match settings.beam {
+            AnyBeamRule::PointSamples(rule) => (rule.free_spacing_m, rule.gap_m),
+            AnyBeamRule::LineSegments(rule) => (PointSamples::DEFAULT.free_spacing_m, rule.gap_m),
+        };
+        Sampling { limits: settings.limits, free_spacing_m, gap_m, seed }
     }
 
     /// Divides it. What was divided elsewhere stays as it is, whatever is to be held out.
@@ -177,7 +184,7 @@ impl Loaded {
         let sampling = self.sampling(seed);
         let task = match &self.points {
             Some([train, test]) => Task::of_points(train.scans.clone(), test.scans.clone(), sampling.limits, |scan| {
-                let pose = self.scans.get(usize::try_from(scan).ok()?)?.map_from_sensor;
+                let pose = self.scans.get(usize::try_from(scan).ok()?)?.header.map_from_sensor;
                 Some([pose.x_m, pose.y_m])
             }),
             None => Task::of_split(&self.scans, hold_out(&self.scans, held, fraction, seed), &sampling),

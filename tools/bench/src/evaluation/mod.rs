@@ -15,5 +15,5 @@ pub use parts::{Parts, three_parts};
 pub use split::{BeamSplit, Held, Split, TestPoints, Training, hold_out, hold_out_beams};
 pub use task::Task;
 pub use timing::Timing;
-pub use training_scan::{Ray, Sampling, TrainingScan};
+pub use training_scan::{Line, Sampling, TrainingScan};
 pub use truth::Truth;

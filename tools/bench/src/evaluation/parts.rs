@@ -1,4 +1,3 @@
-use bhm_core::scan::ScanHeader;
 use bhm_host::ScanRecord;
 
 use super::{BeamSplit, hold_out_beams};
@@ -37,7 +36,7 @@ pub fn three_parts(scans: &[ScanRecord], fraction: f64, seed: u64) -> Parts {
 mod tests {
     use super::*;
     use crate::evaluation::{Held, TestPoints, hold_out};
-    use bhm_core::geometry::Pose;
+    use bhm_core::{geometry::Pose, scan::ScanHeader};
 
     /// 500 scans of four beams, each with a range of its own, and one without return.
     fn log() -> Vec<ScanRecord> {

@@ -1,8 +1,8 @@
-use bhm_core::scan::ScanHeader;
 use std::fmt;
 
 use bhm_core::{
-    geometry::{Point, Pose},
+    beam::{BeamLimits, Ray, Reading},
+    geometry::Point,
     map::Occupancy,
 };
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
@@ -132,8 +132,7 @@ pub fn hold_out(scans: &[ScanRecord], held: Held, fraction: f64, seed: u64) -> S
                 let scan = &scans[*at as usize];
                 let held = dice.throw();
                 if held {
-                    returns(scan)
-                        .for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| test.push(*at, p, o)));
+                    returns(scan).for_each(|(ray, range_m)| dice.ask(&ray, range_m, |p, o| test.push(*at, p, o)));
                 }
                 !held
             });
@@ -154,10 +153,10 @@ pub fn hold_out_beams(scans: &[ScanRecord], fraction: f64, seed: u64) -> BeamSpl
 
 fn beams_held_out(scan: &ScanRecord, at: u64, dice: &mut Dice, test: &mut TestPoints) -> ScanRecord {
     let mut kept = scan.clone();
-    for (beam, range_m) in returns(scan) {
+    for (ray, range_m) in returns(scan) {
         if dice.throw() {
-            dice.ask(scan, beam, range_m, |point, occupied| test.push(at, point, occupied));
-            kept.ranges_m[beam] = f32::NAN;
+            dice.ask(&ray, range_m, |point, occupied| test.push(at, point, occupied));
+            kept.ranges_m[ray.number] = f32::NAN;
         }
     }
     kept
@@ -165,7 +164,7 @@ fn beams_held_out(scan: &ScanRecord, at: u64, dice: &mut Dice, test: &mut TestPo
 
 fn points_held_out(scan: &ScanRecord, number: u64, dice: &mut Dice, test: &mut TestPoints) -> LabelledPoints {
     let mut all = TestPoints::default();
-    returns(scan).for_each(|(beam, range_m)| dice.ask(scan, beam, range_m, |p, o| all.push(number, p, o)));
+    returns(scan).for_each(|(ray, range_m)| dice.ask(&ray, range_m, |p, o| all.push(number, p, o)));
     let mut kept = LabelledPoints { scan: number, ..LabelledPoints::default() };
     for (point_m, occupied) in all.points_m.into_iter().zip(all.occupied) {
         if dice.throw() {
@@ -178,10 +177,13 @@ fn points_held_out(scan: &ScanRecord, number: u64, dice: &mut Dice, test: &mut T
     kept
 }
 
-/// The beams of a scan that returned, and their ranges.
-fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
-    let limits_m = scan.range_min_m..scan.range_max_m;
-    scan.ranges_m.iter().copied().enumerate().filter(move |(_, range_m)| limits_m.contains(range_m))
+/// The rays of a scan that returned, and their ranges.
+fn returns(scan: &ScanRecord) -> impl Iterator<Item = (Ray<2>, f32)> {
+    const EVERY_RANGE: BeamLimits = BeamLimits { range_max_m: f32::INFINITY, no_return_free_m: 0.0 };
+    scan.as_scan().rays(&EVERY_RANGE).filter_map(|ray| match ray.reading {
+        Reading::Hit(range_m) => Some((ray, range_m)),
+        _ => None,
+    })
 }
 
 impl TestPoints {
@@ -228,10 +230,8 @@ impl Dice {
     }
 
     /// The points of a beam that are asked for.
-    fn ask(&mut self, scan: &ScanRecord, beam: usize, range_m: f32, mut push: impl FnMut([f32; 2], bool)) {
-        let pose: &Pose = &scan.map_from_sensor;
-        let direction = pose.direction(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
-        let at = |along_m: f32| [pose.x_m + along_m * direction.x, pose.y_m + along_m * direction.y];
+    fn ask(&mut self, ray: &Ray<2>, range_m: f32, mut push: impl FnMut([f32; 2], bool)) {
+        let at = |along_m: f32| ray.at(along_m).into();
         if range_m > GAP_M {
             for _ in 0..FREE_POINTS {
                 push(at(self.rng.random::<f32>() * (range_m - GAP_M)), false);
@@ -244,6 +244,7 @@ impl Dice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bhm_core::{geometry::Pose, scan::ScanHeader};
 
     fn log() -> Vec<ScanRecord> {
         let ranges_m = [2.0, f32::NAN, -1.0, 0.05, 81.0, 3.5, f32::INFINITY, 0.001];

@@ -21,8 +21,9 @@ impl Task {
     /// Of a log that was divided.
     #[must_use]
     pub fn of_split(scans: &[ScanRecord], split: Split, sampling: &Sampling) -> Self {
-        let origin_m =
-            |at: u64| scans.get(at as usize).map(|scan| [scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]);
+        let origin_m = |at: u64| {
+            scans.get(at as usize).map(|scan| [scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m])
+        };
         let training = match split.training {
             Training::Scans(records) => records
                 .into_iter()

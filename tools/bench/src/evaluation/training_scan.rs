@@ -1,4 +1,4 @@
-use bhm_core::beam::{BeamEnd, BeamLimits, BeamTally, sort_beam};
+use bhm_core::beam::{BeamLimits, RayEnd};
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,13 +15,13 @@ pub struct TrainingScan {
     pub scan: u64,
     origin_m: Option<[f32; 2]>,
     beams: Option<ScanRecord>,
-    rays: Vec<Ray>,
+    rays: Vec<Line>,
     points: LabelledPoints,
 }
 
 /// A beam as a straight line through free space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct Line {
     /// Where it ends, metres.
     pub end_m: [f32; 2],
     /// Whether on something; else nothing is known beyond.
@@ -48,30 +48,26 @@ impl TrainingScan {
         let Sampling { limits, free_spacing_m, gap_m, seed } = *sampling;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(scan);
-        let pose = record.map_from_sensor;
+        let pose = record.header.map_from_sensor;
         let mut points = LabelledPoints { scan, ..LabelledPoints::default() };
         let mut rays = Vec::new();
-        for (beam, range_m) in record.ranges_m.iter().enumerate() {
-            let end = sort_beam(*range_m, &record.as_scan(), &limits, &mut BeamTally::default());
-            let Some(end) = end else { continue };
-            let direction = pose.direction(record.angle_min_rad + beam as f32 * record.angle_increment_rad);
-            let at = |along_m: f32| [pose.x_m + along_m * direction.x, pose.y_m + along_m * direction.y];
-            let (length_m, free_m) = match end {
-                BeamEnd::Hit(range_m) => (range_m, range_m - gap_m),
-                BeamEnd::Free(range_m) => (range_m, range_m),
-            };
-            let hit = matches!(end, BeamEnd::Hit(_));
+        for ray in record.as_scan().rays(&limits) {
+            let Some(end) = ray.reading.end() else { continue };
+            let at = |along_m: f32| <[f32; 2]>::from(ray.at(along_m));
+            let hit = matches!(end, RayEnd::Hit(_));
+            let free_m = if hit { end.range_m() - gap_m } else { end.range_m() };
             if free_m > 0.0 {
                 for _ in 0..FEWEST_FREE_POINTS.max((free_m / free_spacing_m).ceil() as usize) {
                     points.points_m.push(at(rng.random::<f32>() * free_m));
                     points.occupied.push(false);
                 }
             }
+            let end_m = at(end.range_m());
             if hit {
-                points.points_m.push(at(length_m));
+                points.points_m.push(end_m);
                 points.occupied.push(true);
             }
-            rays.push(Ray { end_m: at(length_m), hit });
+            rays.push(Line { end_m, hit });
         }
         Self { scan, origin_m: Some([pose.x_m, pose.y_m]), beams: Some(record), rays, points }
     }
@@ -81,7 +77,7 @@ impl TrainingScan {
     pub fn of_points(points: LabelledPoints, origin_m: Option<[f32; 2]>) -> Self {
         let ends = points.points_m.iter().zip(&points.occupied).filter(|(_, occupied)| **occupied);
         let rays = if origin_m.is_some() {
-            ends.map(|(end_m, _)| Ray { end_m: *end_m, hit: true }).collect()
+            ends.map(|(end_m, _)| Line { end_m: *end_m, hit: true }).collect()
         } else {
             Vec::new()
         };
@@ -102,7 +98,7 @@ impl TrainingScan {
 
     /// Every beam as a ray from [`origin_m`](Self::origin_m); none where that is not known.
     #[must_use]
-    pub fn rays(&self) -> &[Ray] {
+    pub fn rays(&self) -> &[Line] {
         &self.rays
     }
 

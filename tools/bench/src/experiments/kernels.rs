@@ -1,7 +1,7 @@
 //! What one kernel brings over another at equal spacing, and what several on one lattice bring.
 
 use bhm_core::{
-    kernel::KernelChoice,
+    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     settings::{Settings, SettingsError},
 };
 use serde::Serialize;
@@ -13,7 +13,7 @@ use crate::{evaluation::BeamSplit, text::Report};
 #[derive(Serialize)]
 pub struct KernelColumns {
     kernel: &'static str,
-    /// Null where the kernel reads none.
+    /// Null where the kernel has none.
     kernel_shape: Option<f32>,
     /// Modelled from what was learned.
     instructions_per_scan: f64,
@@ -38,17 +38,15 @@ pub fn compare(
     shapes: &[f32],
     two_scales_shapes: &[f32],
 ) -> anyhow::Result<Compared> {
-    let shaped = |kernel: KernelChoice, shapes: &[f32]| -> Vec<Variant> {
-        let one = |shape: &f32| {
-            let settings = Settings { kernel, kernel_shape: *shape, ..*base };
-            Variant::new(format!("{} {shape}", kernel.name()), settings)
-        };
-        shapes.iter().map(one).collect()
+    let with = |kernel: KernelSettings| {
+        let name = shape_of(&kernel).map_or(kernel.name().to_owned(), |shape| format!("{} {shape}", kernel.name()));
+        Variant::new(name, Settings { kernel, ..*base })
     };
-    let spline = KernelChoice::CubicBSpline;
-    let mut variants = vec![Variant::new(spline.name(), Settings { kernel: spline, ..*base })];
-    variants.extend(shaped(KernelChoice::SquaredExponential, shapes));
-    variants.extend(shaped(KernelChoice::TwoScales, two_scales_shapes));
+    let exponential = |shape| KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
+    let two_scales = |shape| KernelSettings::TwoScales(TwoScalesSettings { shape });
+    let mut variants = vec![with(KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT))];
+    variants.extend(shapes.iter().map(|shape| with(exponential(*shape))));
+    variants.extend(two_scales_shapes.iter().map(|shape| with(two_scales(*shape))));
     let mut refused = Vec::new();
     variants.retain(|variant| match variant.fitted().model() {
         Ok(_) => true,
@@ -60,14 +58,22 @@ pub fn compare(
     Ok(Compared { contestants: Table::run(split, &variants)?, refused })
 }
 
+/// The shape of a kernel that has one, in units of spacing².
+fn shape_of(kernel: &KernelSettings) -> Option<f32> {
+    match kernel {
+        KernelSettings::CubicBSpline(_) => None,
+        KernelSettings::SquaredExponential(kernel) => Some(kernel.shape),
+        KernelSettings::TwoScales(kernel) => Some(kernel.shape),
+    }
+}
+
 impl Columns for KernelColumns {
     const HEADS: &'static [&'static str] = &["M instr/scan"];
 
     fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError> {
-        let Settings { kernel, kernel_shape, .. } = *settings;
         Ok(Self {
-            kernel: kernel.name(),
-            kernel_shape: (kernel != KernelChoice::CubicBSpline).then_some(kernel_shape),
+            kernel: settings.kernel.name(),
+            kernel_shape: shape_of(&settings.kernel),
             instructions_per_scan: trial.instructions_per_scan(settings)?,
         })
     }

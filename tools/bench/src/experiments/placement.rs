@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::Context;
 use bhm_core::{
     geometry::Point,
-    kernel::KernelChoice,
+    kernel::{KernelSettings, SquaredExponentialSettings},
     settings::Settings,
     support::{AnySupport, SupportTable},
 };
@@ -59,7 +59,8 @@ impl Placement<'_> {
     /// If a contestant cannot learn all that it is shown.
     pub fn compare(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
-        let base = Settings { kernel: KernelChoice::SquaredExponential, ..*base };
+        let kernel = |shape| KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
+        let base = Settings { kernel: kernel(SquaredExponentialSettings::DEFAULT.shape), ..*base };
         let data = Data::of(split, &base)?;
         let counts = given.map_or_else(|| self.counts.to_vec(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
@@ -87,10 +88,11 @@ impl Placement<'_> {
             }
             for shape in self.shapes {
                 // The lattice of the settings is not the map's; its spacing gives the kernel's shape its unit.
-                let settings = Settings { spacing_m: pitch_m, kernel_shape: *shape, ..base };
-                let settings = settings.fitted(SupportTable::EMPTY);
+                let settings = Settings { spacing_m: pitch_m, kernel: kernel(*shape), ..base };
+                let settings = settings.fitted(&SupportTable::EMPTY);
+                let kernel_shape_m2 = shape * pitch_m * pitch_m;
                 for (name, supports) in &placements {
-                    contestants.push(learned(split, name, settings, supports)?);
+                    contestants.push(learned(split, name, settings, kernel_shape_m2, supports)?);
                 }
             }
         }
@@ -113,9 +115,9 @@ fn learned(
     split: &BeamSplit,
     name: &str,
     settings: Settings,
+    kernel_shape_m2: f32,
     supports: &[ScatteredSupport],
 ) -> anyhow::Result<Contestant> {
-    let kernel_shape_m2 = settings.kernel_shape * settings.spacing_m * settings.spacing_m;
     let title = format!("{}: g {kernel_shape_m2:.3} m2, {name}", supports.len());
     let mut map = open_scattered(settings, supports.to_vec())?;
     let mut rows = 0;
@@ -135,10 +137,9 @@ struct Data {
 
 impl Data {
     fn of(split: &BeamSplit, settings: &Settings) -> anyhow::Result<Self> {
-        let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
         let mut points_m = Vec::new();
         for scan in &split.training {
-            observe(scan, settings, &rule, |place| points_m.push(place.place.middle_m()));
+            observe(scan, settings, |observation| points_m.push(observation.place.middle_m()));
         }
         let first = *points_m.first().ok_or_else(|| anyhow::anyhow!("the scans hold no usable observation"))?;
         let low_m = points_m.iter().fold(first, |low, at| low.zip_map(at, f32::min));

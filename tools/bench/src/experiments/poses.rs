@@ -1,6 +1,9 @@
 //! What knowing the poses' uncertainty brings (eq. 13): noisy poses taken as exact against their covariance used.
 
-use bhm_core::{kernel::KernelChoice, settings::Settings};
+use bhm_core::{
+    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
+    settings::Settings,
+};
 use bhm_host::{
     ScanRecord,
     sim::{PoseNoise, Scene},
@@ -38,7 +41,10 @@ pub struct Compared(Vec<Contestant>);
 const POINTS: usize = 50_000;
 
 /// Kernels that are tried, whatever is configured: of one a blur is closed form, of the other quadrature.
-const KERNELS: [KernelChoice; 2] = [KernelChoice::SquaredExponential, KernelChoice::CubicBSpline];
+const KERNELS: [KernelSettings; 2] = [
+    KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT),
+    KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT),
+];
 
 #[derive(Serialize)]
 struct Contestant {
@@ -63,7 +69,7 @@ impl Poses<'_> {
             Ok(scene.simulate(self.seed).with_pose_noise(noise)?.step_by(self.every).collect())
         };
         let exact = split(&scans(PoseNoise::NONE)?, self.seed)?;
-        let variant = |kernel: KernelChoice, name: &str| {
+        let variant = |kernel: KernelSettings, name: &str| {
             Variant::new(format!("{}, {name}", kernel.name()), Settings { kernel, ..*base })
         };
 
@@ -73,7 +79,7 @@ impl Poses<'_> {
             let (trial, map) = Trial::run(&exact, &variant(kernel, "no noise"))?;
             // Known is what the first of these maps knows: the same points for all.
             let truth = truth.get_or_insert_with(|| {
-                Truth::known_to(&map.model(), |at| map.occupancy(at), &scene.world(), POINTS, self.seed)
+                Truth::known_to(map.model(), |at| map.occupancy(at), &scene.world(), POINTS, self.seed)
             });
             let world = truth.score(|at| map.occupancy(at))?.ok_or(ScoreError::Empty)?;
             contestants.push(Contestant { position_m: 0.0, heading_rad: 0.0, covariance_used: false, trial, world });

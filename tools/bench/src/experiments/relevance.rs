@@ -1,6 +1,10 @@
 //! What learned relevance brings (Figs. 3c and 4b): supports of learned shape against isotropic ones of many sizes.
 
-use bhm_core::{kernel::KernelChoice, settings::Settings, support::SupportChoice};
+use bhm_core::{
+    kernel::{KernelSettings, SquaredExponentialSettings},
+    settings::Settings,
+    support::{GaussianSettings, SupportSettings},
+};
 use bhm_host::supports::{RelevanceOptions, learn_relevance};
 
 use super::trial::{NoColumns, Table, Variant};
@@ -14,16 +18,19 @@ use crate::evaluation::BeamSplit;
 pub fn compare(split: &BeamSplit, base: &Settings, shapes: &[f32], sizes: &[f32]) -> anyhow::Result<Table<NoColumns>> {
     let mut variants = Vec::new();
     for shape in shapes {
-        let points = Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: *shape, ..*base };
+        let points = Settings {
+            kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: *shape }),
+            ..*base
+        };
         variants.push(Variant::new(format!("g {shape}, points"), points));
         let isotropic = sizes.iter().map(|size| {
-            let settings = Settings { support: SupportChoice::GaussianSupport, support_size: *size, ..points };
+            let support = SupportSettings::GaussianSupport(GaussianSettings { size: *size });
+            let settings = Settings { support, ..points };
             Variant::new(format!("g {shape}, isotropic {size}"), settings)
         });
         variants.extend(isotropic.filter(|variant| variant.fitted().model().is_ok()));
         let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
-        let learned = learned.supports.interned();
-        variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned));
+        variants.push(Variant::new(format!("g {shape}, learned"), points).with_supports(learned.supports));
     }
     Table::run(split, &variants)
 }

@@ -1,7 +1,7 @@
 //! What line segments bring (eqs. 11 and 12) against points on the free part of a beam, at equal cost.
 
 use bhm_core::{
-    beam::BeamChoice,
+    beam::{AnyBeamRule, LineSegments, PointSamples},
     settings::{Settings, SettingsError},
 };
 use serde::Serialize;
@@ -32,13 +32,22 @@ const SCANS_COUNTED: usize = 100;
 /// # Errors
 /// If a variant cannot learn all that it is shown.
 pub fn compare(split: &BeamSplit, base: &Settings, lengths: &[f32]) -> anyhow::Result<Table<BeamColumns>> {
-    let base = Settings { beam: BeamChoice::PointSamples, ..*base };
+    let (PointSamples { free_spacing_m, gap_m }, samples) = match base.beam {
+        AnyBeamRule::PointSamples(rule) => (rule, LineSegments::DEFAULT.samples),
+        AnyBeamRule::LineSegments(LineSegments { gap_m, samples, .. }) => {
+            (PointSamples { gap_m, ..PointSamples::DEFAULT }, samples)
+        }
+    };
     let every = split.training.len().div_ceil(SCANS_COUNTED);
     let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
-    let points = |free_spacing_m: f32| Settings { free_spacing_m, ..base };
-    let mut variants = vec![Variant::new("points, as configured", base)];
+    let points = |free_spacing_m: f32| {
+        let beam = AnyBeamRule::PointSamples(PointSamples { free_spacing_m, gap_m });
+        Settings { beam, ..*base }
+    };
+    let mut variants = vec![Variant::new("points, as configured", points(free_spacing_m))];
     for length in lengths {
-        let segments = Settings { beam: BeamChoice::LineSegments, segment_length: *length, ..base };
+        let beam = AnyBeamRule::LineSegments(LineSegments { length: *length, samples, gap_m });
+        let segments = Settings { beam, ..*base };
         variants.push(Variant::new(format!("segments of {length}"), segments));
         let goal = load(&segments)?;
         let as_many_rows = where_falls_to(goal.rows as f64, |m| Ok(load(&points(m))?.rows as f64))?;
@@ -57,12 +66,11 @@ impl Columns for BeamColumns {
     const HEADS: &'static [&'static str] = &["free spacing m", "M instr/scan"];
 
     fn of(trial: &Trial, settings: &Settings) -> Result<Self, SettingsError> {
-        let segments = settings.beam == BeamChoice::LineSegments;
-        Ok(Self {
-            segment_length: segments.then_some(settings.segment_length),
-            free_spacing_m: (!segments).then_some(settings.free_spacing_m),
-            instructions_per_scan: trial.instructions_per_scan(settings)?,
-        })
+        let (segment_length, free_spacing_m) = match settings.beam {
+            AnyBeamRule::LineSegments(rule) => (Some(rule.length), None),
+            AnyBeamRule::PointSamples(rule) => (None, Some(rule.free_spacing_m)),
+        };
+        Ok(Self { segment_length, free_spacing_m, instructions_per_scan: trial.instructions_per_scan(settings)? })
     }
 
     fn cells(&self) -> Vec<String> {

@@ -25,7 +25,7 @@ pub struct Variant {
     /// What it learns with; the tile is fitted to them.
     pub settings: Settings,
     /// Supports of their own that nodes of its map have.
-    pub supports: Option<&'static LearnedSupports>,
+    pub supports: Option<LearnedSupports>,
 }
 
 impl Variant {
@@ -36,14 +36,14 @@ impl Variant {
 
     /// With these.
     #[must_use]
-    pub fn with_supports(self, supports: &'static LearnedSupports) -> Self {
+    pub fn with_supports(self, supports: LearnedSupports) -> Self {
         Self { supports: Some(supports), ..self }
     }
 
     /// The settings with the narrowest stencil that they need.
     #[must_use]
     pub fn fitted(&self) -> Settings {
-        self.settings.fitted(self.supports.map_or(SupportTable::EMPTY, LearnedSupports::table))
+        self.settings.fitted(self.supports.as_ref().map_or(&SupportTable::EMPTY, LearnedSupports::table))
     }
 }
 
@@ -73,7 +73,7 @@ pub struct Trial {
 }
 
 /// Room enough that no variant loses anything, whatever its spacing; tiles beyond the store wait in the archive.
-const CAPACITIES: Capacities = Capacities { tiles: 256, points: 1 << 18, rows: 1 << 18, touched: 1 << 14 };
+const CAPACITIES: Capacities = Capacities { tiles: 256, observations: 1 << 18, rows: 1 << 18, touched: 1 << 14 };
 
 impl Trial {
     /// Has the variant learn what is not held out, and answer what is.
@@ -83,7 +83,7 @@ impl Trial {
     pub fn run(split: &BeamSplit, variant: &Variant) -> anyhow::Result<(Self, Box<dyn AnyMap>)> {
         let (name, settings) = (variant.name.clone(), variant.fitted());
         let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
-        let mut map = map::open_with(&profile, variant.supports)?;
+        let mut map = map::open_with(&profile, variant.supports.clone())?;
         let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
         for scan in progress::over(split.training.iter(), name.clone()) {
             if let Ok(report) = map.integrate(&scan.as_scan()) {
@@ -91,13 +91,13 @@ impl Trial {
                 anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
                 rows += u64::from(report.rows);
                 passes += u64::from(report.passes);
-                observations += u64::from(report.points.used);
-                narrowed += u64::from(report.points.narrowed);
+                observations += u64::from(report.observations.used);
+                narrowed += u64::from(report.observations.narrowed);
             }
         }
         let scores = split.test.score(|point_m| map.occupancy(point_m))?;
         let (resident, archived) = map.tile_counts();
-        let (stencil, tiles, scans) = (settings.stencil, resident + archived, split.training.len());
+        let (stencil, tiles, scans) = (settings.tile.stencil, resident + archived, split.training.len());
         Ok((Self { name, scores, rows, passes, stencil, tiles, observations, narrowed, scans }, map))
     }
 

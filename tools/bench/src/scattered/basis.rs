@@ -1,7 +1,6 @@
 use bhm_core::{
     geometry::{Place, Point},
     kernel::{AnyKernel, Averaging, Kernel, sampled},
-    posterior::Entry,
     support::AnySupport,
 };
 use nalgebra::Matrix2;
@@ -27,18 +26,19 @@ pub struct ScatteredBasis<'s> {
 }
 
 impl ScatteredBasis<'_> {
-    /// φ of a place, the features that are not zero.
-    #[must_use]
-    pub fn row(&self, place: &Place<2>, spread_m2: Option<&Matrix2<f32>>) -> Vec<Entry> {
+    /// φ of a place, one feature for each support.
+    pub fn features(&self, place: &Place<2>, spread_m2: Option<&Matrix2<f32>>) -> impl Iterator<Item = f32> {
         let kernel = spread_m2.map_or(self.kernel, |spread_m2| self.kernel.blurred(spread_m2));
         let middle_m = place.middle_m();
-        let feature = |ScatteredSupport { centre_m, support }: &ScatteredSupport| {
+        let segments = self.segments;
+        let place = *place;
+        self.supports.iter().map(move |ScatteredSupport { centre_m, support }: &ScatteredSupport| {
             let displacement = middle_m - centre_m;
             match place {
                 Place::Point(_) => support.feature(&kernel, &displacement),
                 Place::Segment { from_m, to_m } => {
                     let along = to_m - from_m;
-                    match self.segments {
+                    match segments {
                         Averaging::Exact => support.segment_feature(&kernel, &displacement, &along),
                         Averaging::Samples(count) => {
                             sampled(count, |x| support.feature(&kernel, &(displacement + along * x)))
@@ -46,8 +46,6 @@ impl ScatteredBasis<'_> {
                     }
                 }
             }
-        };
-        let values = self.supports.iter().map(feature).zip(0..);
-        values.filter(|(value, _)| *value != 0.0).map(|(value, index)| Entry { index, value }).collect()
+        })
     }
 }

@@ -6,7 +6,6 @@
 
 use bhm_core::{
     geometry::Point,
-    scan::ScanHeader,
     settings::{Settings, SettingsError},
     support::SupportTable,
 };
@@ -75,13 +74,13 @@ pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
     if !(hit_weight > 0.0 && hit_weight.is_finite()) {
         return Err(ClusterError::HitWeight(hit_weight));
     }
-    let rule = settings.fitted(SupportTable::EMPTY).model()?.beam;
+    settings.fitted(&SupportTable::EMPTY).model()?;
     let each = |take: &mut dyn FnMut(Observation)| {
         for scan in scans() {
-            observe(scan, settings, &rule, |place| {
-                let at_m = place.place.middle_m();
+            observe(scan, settings, |observed| {
+                let at_m = observed.place.middle_m();
                 if at_m.iter().all(|x| x.is_finite()) {
-                    take(Observation { at_m, weight: if place.occupied { f64::from(hit_weight) } else { 1.0 } });
+                    take(Observation { at_m, weight: if observed.occupied { f64::from(hit_weight) } else { 1.0 } });
                 }
             });
         }
@@ -231,7 +230,7 @@ mod tests {
         let mut all = Vec::new();
         for scan in scans {
             observe(scan, &COMPACT.settings, &COMPACT.settings.model().unwrap().beam, |place| {
-                let at = place.place.middle_m();
+                let at = observed.place.middle_m();
                 all.push(([f64::from(at.x), f64::from(at.y)], if place.occupied { hit_weight } else { 1.0 }));
             });
         }

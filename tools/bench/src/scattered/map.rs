@@ -1,8 +1,11 @@
 use bhm_core::{
+    basis::Basis,
+    beam::Observation,
     em,
     geometry::{Place, Point},
     map::Occupancy,
-    posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowError, RowState, Rows, Scratch},
+    posterior::{NotPositiveDefinite, Pattern, Posterior, Prior, Row, RowError, RowState, Rows, Scratch},
+    scan::Sweep,
     settings::{Model, Settings, SettingsError},
 };
 use bhm_host::{ScanRecord, map::zeroed_box, supports::observe};
@@ -58,7 +61,7 @@ pub struct DenseMap<const M: usize> {
     supports: Vec<ScatteredSupport>,
     posterior: Box<Posterior<M, M>>,
     scratch: Box<Scratch<M, M>>,
-    entries: Vec<Entry>,
+    features: Vec<f32>,
     states: Vec<RowState>,
 }
 
@@ -73,15 +76,15 @@ impl<const M: usize> DenseMap<M> {
             return Err(ScatteredError::Supports { supports: supports.len(), most: M });
         }
         let (mut posterior, scratch) = (zeroed_box::<Posterior<M, M>>(), zeroed_box());
-        posterior.reset(&Prior { precision: settings.prior_precision, bias: None });
-        Ok(Self { settings, model, supports, posterior, scratch, entries: Vec::new(), states: Vec::new() })
+        posterior.reset(&Prior { bias: None, ..model.prior });
+        Ok(Self { settings, model, supports, posterior, scratch, features: Vec::new(), states: Vec::new() })
     }
 
     /// How places become features.
     #[must_use]
     pub fn basis(&self) -> ScatteredBasis<'_> {
-        let segments = self.settings.segment_averaging;
-        ScatteredBasis { kernel: self.model.basis.kernel, supports: &self.supports, segments }
+        let Basis { kernel, segments, .. } = self.model.basis;
+        ScatteredBasis { kernel, supports: &self.supports, segments }
     }
 
     /// What is believed of the weights now.
@@ -97,28 +100,34 @@ impl<const M: usize> ScatteredMap for DenseMap<M> {
     }
 
     fn integrate(&mut self, scan: &ScanRecord) -> Result<usize, ScatteredError> {
-        let (mut places, sensor_m) = (Vec::new(), scan.map_from_sensor.position());
-        observe(scan, &self.settings, &self.model.beam, |place| places.push(*place));
-        self.entries.resize(places.len() * self.supports.len(), Entry::default());
-        self.states.resize(places.len(), RowState::default());
-        let (mut entries, mut states) = (std::mem::take(&mut self.entries), std::mem::take(&mut self.states));
-        let mut rows = Rows::new(&mut entries, &mut states);
-        for place in &places {
-            let spread_m2 = scan.pose_covariance.map(|covariance| covariance.at(&(place.place.middle_m() - sensor_m)));
+        let mut observed = Vec::new();
+        observe(scan, &self.settings, |observation| observed.push(*observation));
+        let (mut features, mut states) = (std::mem::take(&mut self.features), std::mem::take(&mut self.states));
+        features.clear();
+        for Observation { place, .. } in &observed {
             // A stencil has no room for any uncertainty; here nothing is cut off.
-            rows.push::<M, M>(self.basis().row(&place.place, spread_m2.as_ref()), 0.0, place.occupied)?;
+            let spread_m2 = scan.as_scan().covariance_at(&place.middle_m());
+            features.extend(self.basis().features(place, spread_m2.as_ref()));
+        }
+        states.resize(observed.len(), RowState::default());
+        let pattern = Pattern::contiguous(self.supports.len());
+        let mut rows = Rows::new(&pattern, &features, &mut states);
+        for (number, Observation { occupied, .. }) in observed.iter().enumerate() {
+            rows.push::<M, M>(number, 0, 0.0, *occupied)?;
         }
         em::update(&mut self.posterior, &mut rows, &self.settings.rule, self.settings.passes, &mut self.scratch)?;
-        (self.entries, self.states) = (entries, states);
-        Ok(places.len())
+        (self.features, self.states) = (features, states);
+        Ok(observed.len())
     }
 
     fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
         if !point_m.iter().all(|x| x.is_finite()) {
             return Occupancy::UNKNOWN;
         }
-        let row = self.basis().row(&Place::Point(*point_m), None);
-        let moments = self.posterior.view().moments(&row, 0.0);
+        let values: Vec<f32> = self.basis().features(&Place::Point(*point_m), None).collect();
+        let pattern = Pattern::contiguous(values.len());
+        let row = Row { pattern: &pattern, first: 0, values: &values, bias: 0.0 };
+        let moments = self.posterior.view().moments(&row);
         Occupancy::from_moments(moments.mean, moments.variance)
     }
 }
@@ -141,12 +150,17 @@ pub fn open_scattered(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::{kernel::KernelChoice, profile::COMPACT, support::AnySupport};
+    use bhm_core::{
+        kernel::{KernelSettings, SquaredExponentialSettings},
+        profile::COMPACT,
+        support::AnySupport,
+    };
     use bhm_host::sim::Scene;
 
     #[test]
     fn a_capacity_does_not_change_what_is_learned() {
-        let settings = Settings { spacing_m: 2.0, ..COMPACT.settings }.with_kernel(KernelChoice::SquaredExponential);
+        let settings = Settings { spacing_m: 2.0, ..COMPACT.settings }
+            .with_kernel(KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT));
         let supports: Vec<_> = (0..200)
             .map(|i| [(i % 20) as f32 - 10.0, (i / 20) as f32 * 2.0 - 10.0])
             .map(|centre_m| ScatteredSupport { centre_m: centre_m.into(), support: AnySupport::default() })

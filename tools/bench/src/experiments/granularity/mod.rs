@@ -7,7 +7,8 @@ mod result;
 use std::path::PathBuf;
 
 use bhm_core::{
-    kernel::KernelChoice,
+    beam::{AnyBeamRule, PointSamples},
+    kernel::{KernelSettings, SquaredExponentialSettings},
     profile::{OUTDOOR, PAPER},
     settings::Settings,
     support::SupportTable,
@@ -95,7 +96,7 @@ impl Granularity {
         let data = DATASETS.iter().find(|data| data.scene == self.scene).unwrap_or(&DATASETS[0]);
         let scene = Scene::named(data.scene)?;
         let base = self.base();
-        base.fitted(SupportTable::EMPTY).model()?;
+        base.fitted(&SupportTable::EMPTY).model()?;
         let mut pictures = PictureFolder::into(&self.output)?;
 
         let quick_every = if self.quick { QUICK_EVERY } else { 1 };
@@ -111,7 +112,9 @@ impl Granularity {
         for (spacing_m, support) in self.combinations(data) {
             let settings = Settings {
                 spacing_m,
-                kernel_shape: data.shape_m2 / (spacing_m * spacing_m),
+                kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings {
+                    shape: data.shape_m2 / (spacing_m * spacing_m),
+                }),
                 ..support.settings(&base)
             };
             let (row, map) = result::row(&splits, support, settings)?;
@@ -139,14 +142,16 @@ impl Granularity {
     /// What is the same for everybody.
     fn base(&self) -> Settings {
         let learning = if self.paper { PAPER.settings } else { OUTDOOR.settings };
+        let gap_m = match OUTDOOR.settings.beam {
+            AnyBeamRule::PointSamples(rule) => rule.gap_m,
+            AnyBeamRule::LineSegments(rule) => rule.gap_m,
+        };
         Settings {
-            kernel: KernelChoice::SquaredExponential,
             rule: learning.rule,
             passes: learning.passes,
-            bias: self.bias,
-            free_spacing_m: self.free_spacing_m,
+            beam: AnyBeamRule::PointSamples(PointSamples { free_spacing_m: self.free_spacing_m, gap_m }),
             // Like every weight, as in the paper: a bias with a narrow prior would not be heard beside them.
-            bias_precision: PAPER.settings.bias_precision,
+            bias: PAPER.settings.bias.filter(|_| self.bias),
             ..OUTDOOR.settings
         }
     }

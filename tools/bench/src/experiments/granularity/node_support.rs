@@ -1,6 +1,10 @@
 //! What can stand at a node.
 
-use bhm_core::{kernel::Averaging, settings::Settings, support::SupportChoice};
+use bhm_core::{
+    kernel::Averaging,
+    settings::Settings,
+    support::{GaussianSettings, PointSettings, RectangleSettings, SupportSettings},
+};
 use bhm_host::supports::{LearnedSupports, RelevanceOptions, learn_relevance};
 
 use crate::evaluation::BeamSplit;
@@ -32,25 +36,22 @@ impl NodeSupport {
 
     /// The settings with this at every node, but for what has to be learned.
     pub(super) fn settings(self, base: &Settings) -> Settings {
-        let (support, support_size, support_averaging) = match self {
-            Self::Points | Self::Learned => (SupportChoice::PointSupport, 1.0, Averaging::Exact),
-            Self::Sampled(count) => (SupportChoice::RectangularSupport, 1.0, Averaging::Samples(count)),
-            Self::Exact => (SupportChoice::RectangularSupport, 1.0, Averaging::Exact),
-            Self::Isotropic(size) => (SupportChoice::GaussianSupport, size, Averaging::Exact),
+        let rectangle = |samples| SupportSettings::RectangularSupport(RectangleSettings { size: 1.0, samples });
+        let support = match self {
+            Self::Points | Self::Learned => SupportSettings::PointSupport(PointSettings::DEFAULT),
+            Self::Sampled(count) => rectangle(Averaging::Samples(count)),
+            Self::Exact => rectangle(Averaging::Exact),
+            Self::Isotropic(size) => SupportSettings::GaussianSupport(GaussianSettings { size }),
         };
-        Settings { support, support_size, support_averaging, ..*base }
+        Settings { support, ..*base }
     }
 
     /// What has to be learned first.
-    pub(super) fn learned(
-        self,
-        split: &BeamSplit,
-        settings: &Settings,
-    ) -> anyhow::Result<Option<&'static LearnedSupports>> {
+    pub(super) fn learned(self, split: &BeamSplit, settings: &Settings) -> anyhow::Result<Option<LearnedSupports>> {
         if self != Self::Learned {
             return Ok(None);
         }
         let learned = learn_relevance(|| &split.training, settings, &RelevanceOptions::DEFAULT, String::new())?;
-        Ok(Some(learned.supports.interned()))
+        Ok(Some(learned.supports))
     }
 }

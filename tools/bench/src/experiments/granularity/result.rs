@@ -82,14 +82,14 @@ fn usable(
     support: NodeSupport,
     split: &BeamSplit,
     settings: &Settings,
-) -> anyhow::Result<Result<Option<&'static LearnedSupports>, SettingsError>> {
-    let with = |table: SupportTable<'static, 2>| settings.fitted(table).model_with(table).err();
-    let learned = match with(SupportTable::EMPTY) {
+) -> anyhow::Result<Result<Option<LearnedSupports>, SettingsError>> {
+    let with = |table: &SupportTable<'static, 2>| settings.fitted(table).model_with(table.clone()).err();
+    let learned = match with(&SupportTable::EMPTY) {
         None => support.learned(split, settings)?,
         Some(cut_off @ SettingsError::CutOff { .. }) => return Ok(Err(cut_off)),
         Some(other) => return Err(other.into()),
     };
-    match learned.and_then(|learned| with(learned.table())) {
+    match learned.as_ref().and_then(|learned| with(learned.table())) {
         None => Ok(Ok(learned)),
         Some(cut_off @ SettingsError::CutOff { .. }) => Ok(Err(cut_off)),
         Some(other) => Err(other.into()),

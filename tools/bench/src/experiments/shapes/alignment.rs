@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, f64::consts::PI};
 
 use bhm_core::{
+    beam::{BeamLimits, Reading},
     lattice::{Lattice, offsets},
-    scan::ScanHeader,
     support::AnySupport,
 };
 use bhm_host::{ScanRecord, supports::LearnedSupports};
@@ -119,13 +119,10 @@ impl Hits {
     fn of(scans: &[ScanRecord], range_max_m: f32, radius_m: f64) -> Self {
         let mut hits = Self { radius_m, cells: BTreeMap::new() };
         for scan in scans {
-            let pose = scan.map_from_sensor;
-            let limits_m = scan.range_min_m..scan.range_max_m.min(range_max_m);
-            let beams = scan.ranges_m.iter().copied().enumerate();
-            for (beam, range_m) in beams.filter(|(_, range_m)| limits_m.contains(range_m)) {
-                let direction = pose.direction(scan.angle_min_rad + beam as f32 * scan.angle_increment_rad);
-                let hit = pose.position() + direction * range_m;
-                let hit = [hit.x, hit.y].map(f64::from);
+            let limits = BeamLimits { range_max_m, no_return_free_m: 0.0 };
+            for ray in scan.as_scan().rays(&limits) {
+                let Reading::Hit(range_m) = ray.reading else { continue };
+                let hit = <[f32; 2]>::from(ray.at(range_m)).map(f64::from);
                 hits.cells.entry(hits.cell(hit)).or_default().push(hit);
             }
         }
@@ -186,8 +183,7 @@ impl Mean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::{geometry::Pose, kernel::KernelChoice, lattice::Window, support::SupportChoice};
-    use bhm_host::supports::LearnedWith;
+    use bhm_core::{geometry::Pose, lattice::Window, scan::ScanHeader};
 
     /// One scan that meets a wall at 30° through the origin, seen from (2, −2).
     fn wall() -> Vec<ScanRecord> {
@@ -216,11 +212,9 @@ mod tests {
         let [long, wide] = [0.09, 0.01];
         let xy = (long - wide) * sin * cos;
         let numbers = [long * cos * cos + wide * sin * sin, xy, long * sin * sin + wide * cos * cos, 0.0, 0.0, 0.0];
-        let gaussian = SupportChoice::GaussianSupport.with_numbers(&numbers).unwrap();
+        let gaussian = AnySupport::with_numbers("gaussian", &numbers).unwrap();
         let window = Window { first: [0, 0], width: [1, 2] };
-        let learned_with =
-            LearnedWith { kernel: KernelChoice::SquaredExponential, kernel_shape: 0.6, source: String::new() };
-        LearnedSupports::new([0.0; 2], 1.0, window, vec![gaussian, AnySupport::default()], learned_with).unwrap()
+        LearnedSupports::new([0.0; 2], 1.0, window, vec![gaussian, AnySupport::default()], None).unwrap()
     }
 
     #[test]

@@ -5,10 +5,10 @@ mod alignment;
 use std::path::{Path, PathBuf};
 
 use bhm_core::{
-    kernel::{Averaging, KernelChoice},
+    kernel::{KernelSettings, SquaredExponentialSettings},
     lattice::{Lattice, Node, offsets},
     settings::Settings,
-    support::{AnySupport, SupportChoice, SupportTable},
+    support::{AnySupport, PointSettings, RectangleSettings, SupportSettings, SupportTable},
 };
 use bhm_host::{
     map::AnyMap,
@@ -52,22 +52,21 @@ struct Subject {
 /// # Errors
 /// If a file cannot be written, or a contestant cannot learn all that it is shown.
 pub fn compare(split: &BeamSplit, base: &Settings, folder: &Path) -> anyhow::Result<Drawn> {
-    let points = Settings { kernel: KernelChoice::SquaredExponential, support: SupportChoice::PointSupport, ..*base };
-    let rectangles = Settings {
-        support: SupportChoice::RectangularSupport,
-        support_size: 1.0,
-        support_averaging: Averaging::Exact,
-        ..points
+    let kernel = match base.kernel {
+        exponential @ KernelSettings::SquaredExponential(_) => exponential,
+        _ => KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT),
     };
+    let points = Settings { kernel, support: SupportSettings::PointSupport(PointSettings::DEFAULT), ..*base };
+    let rectangles = Settings { support: SupportSettings::RectangularSupport(RectangleSettings::DEFAULT), ..points };
     for settings in [points, rectangles] {
-        settings.fitted(SupportTable::EMPTY).model()?;
+        settings.fitted(&SupportTable::EMPTY).model()?;
     }
     let mut pictures = PictureFolder::into(folder)?;
     let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
-    let learned = learned.supports.interned();
+    let learned = learned.supports;
 
     let subject = |file, legend, variant| Subject { file, legend, variant };
-    let gaussians = Variant::new("learned Gaussians", points).with_supports(learned);
+    let gaussians = Variant::new("learned Gaussians", points).with_supports(learned.clone());
     let subjects = [
         subject("shapes-a-points.png", "points", Variant::new("points", points)),
         subject("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
@@ -90,7 +89,7 @@ pub fn compare(split: &BeamSplit, base: &Settings, folder: &Path) -> anyhow::Res
     }
     let drawn = Drawn {
         spacing_m: points.spacing_m,
-        alignment: alignment(&split.training, points.limits.range_max_m, learned),
+        alignment: alignment(&split.training, points.limits.range_max_m, &learned),
         contestants: Table::of(trials),
         pictures: pictures.files,
     };
@@ -105,7 +104,7 @@ impl Report for Drawn {
 }
 
 fn observed(map: &dyn AnyMap) -> anyhow::Result<Bounds> {
-    worth_drawing(&map.model(), &map.tile_indices(), |point_m| map.occupancy(point_m))
+    worth_drawing(map.model(), &map.tile_indices(), |point_m| map.occupancy(point_m))
         .ok_or_else(|| anyhow::anyhow!("the map has learned nothing that could be drawn"))
 }
 
@@ -114,19 +113,19 @@ fn shapes(lattice: &Lattice<2>, bounds_m: &Bounds, variant: &Variant) -> Vec<Sha
     let node_below = |axis: usize, metres: f32| ((metres - lattice.origin_m[axis]) / lattice.spacing_m).floor() as i32;
     let [first, last] = [bounds_m.min, bounds_m.max].map(|corner| [0, 1].map(|axis| node_below(axis, corner[axis])));
     let width = [0, 1].map(|axis| (last[axis] - first[axis]).max(0) as usize);
-    let table = variant.supports.map_or(SupportTable::EMPTY, LearnedSupports::table);
+    let table = variant.supports.as_ref().map(LearnedSupports::table);
     offsets(width)
         .map(|offset| {
             // The node below a bound lies outside or on the edge.
             let node: Node<2> = [0, 1].map(|axis| first[axis] + 1 + offset[axis] as i32);
             let at_m = lattice.position_m(&node).into();
-            match (table.get(&node), variant.settings.support) {
+            match (table.and_then(|table| table.get(&node)), variant.settings.support) {
                 (Some(AnySupport::GaussianSupport(gaussian)), _) => {
                     let s = gaussian.covariance_m2();
                     Shape::Ellipse { centre_m: at_m, covariance_m2: [s[(0, 0)], s[(0, 1)], s[(1, 1)]], sigmas: 1.0 }
                 }
-                (None, SupportChoice::RectangularSupport) => {
-                    let side_m = variant.settings.support_size * lattice.spacing_m;
+                (None, SupportSettings::RectangularSupport(rectangle)) => {
+                    let side_m = rectangle.size * lattice.spacing_m;
                     Shape::Rectangle { centre_m: at_m, sides_m: [side_m; 2] }
                 }
                 _ => Shape::Point { at_m },
