@@ -36,19 +36,22 @@ impl Learned {
             (counters.beams_too_near, "beams dropped: nearer than the sensor measures".to_owned()),
             (
                 counters.beams_over_capacity,
-                format!("beams dropped: their scans have over {} observations (see --free-spacing)", capacities.points),
+                format!(
+                    "beams dropped: their scans have over {} observations (see --free-spacing)",
+                    capacities.observations
+                ),
             ),
-            (counters.points_unplaceable, "observations dropped: too far away".to_owned()),
-            (counters.points_outside, "observations dropped: outside the bounded area of the profile".to_owned()),
+            (counters.observations_unplaceable, "observations dropped: too far away".to_owned()),
+            (counters.observations_outside, "observations dropped: outside the bounded area of the profile".to_owned()),
             (
-                counters.points_over_capacity,
+                counters.observations_over_capacity,
                 format!(
                     "observations dropped: their scans touch over {} tiles (see --range-limit)",
                     capacities.touched
                 ),
             ),
             (
-                counters.points_narrowed,
+                counters.observations_narrowed,
                 "observations learned as less uncertain than their pose: the stencil has no room for more".to_owned(),
             ),
             (
@@ -67,13 +70,13 @@ impl Learned {
     /// In a line, for people.
     pub(crate) fn summary(&self) -> String {
         let Self(counters) = self;
-        let Counters { integrated, points_used, beams_hit, beams_beyond_range, beams_no_return, .. } = counters;
+        let Counters { integrated, observations_used, beams_hit, beams_beyond_range, beams_no_return, .. } = counters;
         let rejected = counters.rejected();
         let dropped = counters.beams_not_a_number
             + counters.beams_negative
             + counters.beams_too_near
             + counters.beams_over_capacity;
-        let mut text = format!("{integrated} scans ({rejected} rejected), {points_used} observations");
+        let mut text = format!("{integrated} scans ({rejected} rejected), {observations_used} observations");
         if beams_hit + beams_beyond_range + beams_no_return + dropped > 0 {
             text += &format!(
                 " from {beams_hit} hits, {beams_beyond_range} beyond range, {beams_no_return} without return; {dropped} dropped"

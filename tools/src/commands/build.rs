@@ -55,7 +55,7 @@ impl Build {
         for scan in progress::over(log.scans.iter(), "learning") {
             let result = map.integrate(&scan.as_scan());
             if result.is_ok() {
-                extras.path_m.push([scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]);
+                extras.path_m.push([scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m]);
             }
             learned.add(result);
         }

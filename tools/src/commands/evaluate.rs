@@ -7,7 +7,7 @@ use bhm_bench::{
     evaluation::{Held, TestPoints, Timing, Training, hold_out},
     metrics::Scores,
 };
-use bhm_core::geometry::Point;
+use bhm_core::{beam::Observation, geometry::Point};
 use bhm_host::{
     ScanRecord,
     dataset::{self, LabelledPoints, PointLog, ReadOptions, ScanLog},
@@ -94,7 +94,9 @@ impl Evaluate {
         let mut learned = Learned::default();
         let durations = match &task.training {
             Training::Scans(scans) => learn_scans(&mut *map, scans, &mut learned),
-            Training::Points(scans) => learn_points(&mut *map, scans, options.profile.capacities.points, &mut learned),
+            Training::Points(scans) => {
+                learn_points(&mut *map, scans, options.profile.capacities.observations, &mut learned)
+            }
         };
         // They were NaN to the map, but they are not the log's fault.
         learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(task.beams_removed);
@@ -184,12 +186,14 @@ fn learn_points(
 ) -> Vec<Duration> {
     let mut durations = Vec::with_capacity(scans.len());
     for scan in progress::over(scans.iter(), "learning") {
-        let points_m: Vec<Point<2>> = scan.points_m.iter().map(|point_m| Point::from(*point_m)).collect();
-        if points_m.len() > capacity {
-            info!("scan {}: {} points learned {capacity} at a time", scan.scan, points_m.len());
+        let labelled = scan.points_m.iter().zip(&scan.occupied);
+        let observations: Vec<_> =
+            labelled.map(|(point_m, occupied)| Observation::at_point(Point::from(*point_m), *occupied)).collect();
+        if observations.len() > capacity {
+            info!("scan {}: {} points learned {capacity} at a time", scan.scan, observations.len());
         }
-        for (points_m, occupied) in points_m.chunks(capacity).zip(scan.occupied.chunks(capacity)) {
-            durations.push(timed(learned, || map.integrate_points(points_m, occupied)));
+        for observations in observations.chunks(capacity) {
+            durations.push(timed(learned, || map.integrate_observations(observations)));
         }
     }
     durations

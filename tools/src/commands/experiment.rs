@@ -9,7 +9,7 @@ use bhm_bench::{
     scattered::{Clusters, MAX_SCATTERED},
     text::Report,
 };
-use bhm_core::{profile::OUTDOOR, settings::Settings};
+use bhm_core::settings::Settings;
 use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions, ScanLog},
@@ -18,7 +18,7 @@ use bhm_host::{
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
-    options::{Effective, MapOptions, Number},
+    options::{Effective, MapOptions},
     output::{Output, Usage},
 };
 
@@ -68,7 +68,7 @@ impl OnLog {
     fn run<R: Report>(
         &self,
         output: &Output,
-        defaults: &[(Number, f32)],
+        defaults: &[(&str, f32)],
         experiment: impl FnOnce(&BeamSplit, &Settings) -> anyhow::Result<R>,
     ) -> anyhow::Result<()> {
         let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(()) };
@@ -244,9 +244,8 @@ struct Shapes {
 impl Shapes {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         let folder = self.output.as_deref().unwrap_or(Path::new(""));
-        self.on.run(output, &[(Number::Spacing, shapes::SPACING_M)], |split, settings| {
-            shapes::compare(split, settings, folder)
-        })
+        self.on
+            .run(output, &[("spacing", shapes::SPACING_M)], |split, settings| shapes::compare(split, settings, folder))
     }
 }
 
@@ -280,7 +279,7 @@ struct Granularity {
     bias: bool,
     /// Longest piece of a beam for which one free point is learned, metres. Two free points to a hit are asked for; the
     /// more are learned, the more a support that covers both is taken for free
-    #[arg(long, default_value_t = OUTDOOR.settings.free_spacing_m, value_name = "M")]
+    #[arg(long, default_value_t = 2.0, value_name = "M")]
     free_spacing: f32,
     /// Also draw the maps of points and of rectangles on the coarse lattice
     #[arg(long)]

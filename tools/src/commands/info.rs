@@ -11,7 +11,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    options::{Effective, MapValues, PoseDeviations},
+    options::Effective,
     output::{Output, bytes, table},
 };
 
@@ -39,7 +39,7 @@ struct Facts {
     profile: String,
     /// Supports of their own that nodes have; null if there are none.
     supports: Option<Learned>,
-    settings: MapValues,
+    settings: toml::Table,
 }
 
 /// What a map's learned supports are.
@@ -50,7 +50,8 @@ struct Learned {
     kinds: BTreeMap<&'static str, usize>,
     /// Equal for supports that are equal bit for bit.
     digest: String,
-    kernel: &'static str,
+    /// Null where that is not known.
+    kernel: Option<&'static str>,
     source: String,
 }
 
@@ -69,7 +70,8 @@ impl Info {
             .observed(&map.tile_indices(), |point_m| map.occupancy(point_m))
             .map(|Bounds { min, max }| Observed { min, max });
         let name = profile::named(&profile).map_or("", |profile| profile.name);
-        let made_with = Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() };
+        let made_with =
+            Effective::of(Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() });
         let facts = Facts {
             format_version: snapshot::VERSION,
             bytes: fs::metadata(&self.map)?.len(),
@@ -83,14 +85,9 @@ impl Info {
             path_length_m: path_m.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum(),
             profile,
             supports: map.supports().map(Learned::of),
-            settings: MapValues::of(&Effective {
-                profile: made_with,
-                max_range_m: None,
-                poses: PoseDeviations::default(),
-                supports: None,
-            }),
+            settings: made_with.values(),
         };
-        let settings = toml::to_string(&facts.settings)?;
+        let settings = made_with.configuration()?;
         output.result(&facts, || {
             let area = |Observed { min, max }| {
                 format!("x {:.1} to {:.1} m, y {:.1} to {:.1} m", min[0], max[0], min[1], max[1])
@@ -113,10 +110,10 @@ impl Learned {
     fn of(supports: &LearnedSupports) -> Self {
         Self {
             count: supports.supports().len(),
-            kinds: supports.kinds().map(|(kind, count)| (kind.name(), count)).collect(),
+            kinds: supports.kinds().map(|(kind, count)| (kind, count)).collect(),
             digest: format!("{:08x}", supports.digest()),
-            kernel: supports.learned_with().kernel.name(),
-            source: supports.learned_with().source.clone(),
+            kernel: supports.learned_with().map(|with| with.kernel.name()),
+            source: supports.learned_with().map_or(String::new(), |with| with.source.clone()),
         }
     }
 
@@ -124,6 +121,7 @@ impl Learned {
         let kinds: Vec<_> = self.kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let Self { count, digest, kernel, source, .. } = self;
         let source = if source.is_empty() { String::new() } else { format!(", {source}") };
+        let kernel = kernel.unwrap_or("of which nothing is known");
         format!("{count} learned ({}), {digest}; with the kernel {kernel}{source}", kinds.join(", "))
     }
 }

@@ -53,7 +53,7 @@ impl Onboard {
         let onboard = OnboardOptions {
             run: Options { publish_every: self.publish_every, until, linger_ns: 0, deadline_ns: self.deadline.ns() },
             consumers: self.consumers as usize,
-            supports: options.table(),
+            supports: options.table().cloned(),
             ..OnboardOptions::default()
         };
         let mut result = None;

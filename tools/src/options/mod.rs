@@ -1,9 +1,9 @@
 //! The options that decide what a map learns, shared by every command that makes one.
 
 mod choice;
-mod number;
+mod document;
+mod map_option;
 mod poses;
-mod values;
 
 use std::{
     fs,
@@ -11,34 +11,112 @@ use std::{
 };
 
 use anyhow::Context;
-use bhm_core::profile::{self, Profile};
+use bhm_core::{
+    profile::{self, Profile},
+    settings::Settings,
+    support::SupportTable,
+};
 use bhm_host::{
     ScanRecord,
     map::{self, AnyMap},
-    supports::{self, LearnedSupports},
+    supports::{self, LearnedSupports, SupportsError},
 };
-use clap::Args;
+use clap::{
+    Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches,
+    builder::{BoolishValueParser, PossibleValuesParser},
+    parser::ValueSource,
+    value_parser,
+};
+use toml::{Table, Value};
 use tracing::warn;
 
-pub(crate) use self::{choice::held, number::Number, poses::PoseDeviations, values::MapValues};
+pub(crate) use self::{choice::held, map_option::MapOption, poses::PoseDeviations};
+use self::{
+    document::{Configuration, Document, table_of},
+    map_option::{Kind, MAP_OPTIONS},
+};
 use crate::output::{self, Usage};
 
 /// What the firmware is built with.
 const FIRMWARE_PROFILE: Profile = profile::COMPACT;
 
+/// Most tiles of one scan, and tile slots, that a finer spacing asks for by itself.
+const MAX_SCALED_TILES: usize = 1 << 14;
+
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
 /// before profile.
-#[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Map options")]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct MapOptions {
-    /// TOML file of map options: the same names without dashes before them; unknown ones are refused
-    #[arg(long, env = "BHM_CONFIG", value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Print the map options in effect, as such a file, and exit
-    #[arg(long)]
     print_config: bool,
-    #[command(flatten)]
-    values: MapValues,
+    /// In the order of [`MAP_OPTIONS`].
+    given: Vec<(&'static MapOption, Value)>,
+}
+
+impl Args for MapOptions {
+    fn augment_args(command: Command) -> Command {
+        const HEADING: &str = "Map options";
+        let command = command.next_help_heading(HEADING).args([
+            Arg::new("config")
+                .long("config")
+                .env("BHM_CONFIG")
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help(
+                    "TOML file of map options, as --print-config writes it, whole or in part; unknown keys are refused",
+                ),
+            Arg::new("print_config")
+                .long("print-config")
+                .action(ArgAction::SetTrue)
+                .help("Print the map options in effect, as such a file, and exit"),
+        ]);
+        command.args(MAP_OPTIONS.iter().map(MapOption::argument))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for MapOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut options = Self::default();
+        options.update_from_arg_matches(matches)?;
+        Ok(options)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.config = matches.get_one("config").cloned();
+        self.print_config = matches.get_flag("print_config");
+        let given = MAP_OPTIONS.iter().filter(|option| {
+            matches!(matches.value_source(option.flag), Some(ValueSource::CommandLine | ValueSource::EnvVariable))
+        });
+        self.given = given.filter_map(|option| Some((option, option.value(matches)?))).collect();
+        Ok(())
+    }
+}
+
+impl MapOption {
+    fn argument(&self) -> Arg {
+        let argument =
+            Arg::new(self.flag).long(self.flag).env(self.variable).value_name(self.value_name).help(self.help);
+        match self.kind {
+            Kind::Number => argument.value_parser(value_parser!(f32)),
+            Kind::Count => argument.value_parser(value_parser!(u32)),
+            Kind::Choice(names) => argument.value_parser(PossibleValuesParser::new(names())),
+            Kind::Switch => argument.value_parser(BoolishValueParser::new()),
+            Kind::File => argument.value_parser(value_parser!(String)),
+        }
+    }
+
+    fn value(&self, matches: &ArgMatches) -> Option<Value> {
+        match self.kind {
+            Kind::Number => matches.get_one::<f32>(self.flag).map(|number| Value::Float(f64::from(*number))),
+            Kind::Count => matches.get_one::<u32>(self.flag).map(|count| Value::Integer(i64::from(*count))),
+            Kind::Choice(_) | Kind::File => matches.get_one::<String>(self.flag).cloned().map(Value::String),
+            Kind::Switch => matches.get_one::<bool>(self.flag).copied().map(Value::Boolean),
+        }
+    }
 }
 
 /// What the options come to.
@@ -58,7 +136,7 @@ pub(crate) struct Effective {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SupportsFile {
     pub(crate) path: PathBuf,
-    pub(crate) supports: &'static LearnedSupports,
+    pub(crate) supports: LearnedSupports,
 }
 
 impl MapOptions {
@@ -74,8 +152,8 @@ impl MapOptions {
     ///
     /// # Errors
     /// As [`effective`](Self::effective).
-    pub(crate) fn effective_with(&self, defaults: &[(Number, f32)]) -> anyhow::Result<Option<Effective>> {
-        self.effective_by(|merged| merged, defaults)
+    pub(crate) fn effective_with(&self, defaults: &[(&str, f32)]) -> anyhow::Result<Option<Effective>> {
+        self.effective_by(&profile::INDOOR, defaults)
     }
 
     /// The options in effect where a microcontroller makes the map: what it learns with is built in.
@@ -83,7 +161,7 @@ impl MapOptions {
     /// # Errors
     /// As [`effective`](Self::effective); [`Usage`] for options that would change what it learns with.
     pub(crate) fn effective_of_firmware(&self) -> anyhow::Result<Option<Effective>> {
-        let effective = self.effective_by(|merged| merged.with_default_profile(&FIRMWARE_PROFILE), &[])?;
+        let effective = self.effective_by(&FIRMWARE_PROFILE, &[])?;
         match &effective {
             Some(Effective { profile, supports, .. }) if *profile != FIRMWARE_PROFILE || supports.is_some() => {
                 Err(Usage(format!(
@@ -98,26 +176,33 @@ impl MapOptions {
 
     fn effective_by(
         &self,
-        complete: impl Fn(MapValues) -> MapValues,
-        defaults: &[(Number, f32)],
+        default_profile: &'static Profile,
+        defaults: &[(&str, f32)],
     ) -> anyhow::Result<Option<Effective>> {
-        let file = self.config.as_deref().map(|path| read(path).map(|values| (path, values))).transpose()?;
-        let merged = file.as_ref().map_or(self.values.clone(), |(_, values)| self.values.or(values));
-        let mut merged = complete(merged);
-        for (number, default) in defaults {
-            merged.number_mut(*number).get_or_insert(*default);
-        }
-        let supports = merged.supports().map(load).transpose()?;
-        let effective = merged.effective(supports.as_ref()).map_err(|problem| match &file {
-            // The file's fault if it says so on its own.
-            Some((path, values)) if values.effective(supports.as_ref()).as_ref() == Err(&problem) => {
-                Usage(format!("{}: {problem}", path.display()))
+        let file = self.config.as_deref().map(|path| read(path).map(|text| (path, text))).transpose()?;
+        let text = file.as_ref().map(|(_, text)| text.as_str());
+        let fault = |problem: document::Problem| match (&file, problem.at) {
+            (Some((path, text)), Some(at)) => {
+                let line = 1 + text[..at.min(text.len())].matches('\n').count();
+                Usage(format!("{}, line {line}: {}", path.display(), problem.message))
             }
-            _ => Usage(problem),
+            _ => Usage(problem.message),
+        };
+        let effective = self.layered(default_profile, defaults, text).map_err(fault)?;
+        let effective = effective.map_err(|problem| {
+            // The file's fault if it says so on its own.
+            let alone = Self::default().layered(default_profile, &[], text);
+            match &file {
+                Some((path, _)) if matches!(&alone, Ok(Err(alone)) if *alone == problem) => {
+                    Usage(format!("{}: {problem}", path.display()))
+                }
+                _ => Usage(problem),
+            }
         })?;
         if let Some(SupportsFile { path, supports }) = &effective.supports {
-            let (learned, used) = (supports.learned_with().kernel.name(), effective.profile.settings.kernel.name());
-            if learned != used {
+            let learned = supports.learned_with().map(|with| with.kernel.name());
+            let used = effective.profile.settings.kernel.name();
+            if let Some(learned) = learned.filter(|learned| *learned != used) {
                 warn!("{}: learned with the kernel {learned}, used with {used}", path.display());
             }
         }
@@ -127,13 +212,124 @@ impl MapOptions {
         }
         Ok(Some(effective))
     }
+
+    /// The profile, the file over it, the flags over that; within, what they come to or what is wrong with that.
+    fn layered(
+        &self,
+        default_profile: &'static Profile,
+        defaults: &[(&str, f32)],
+        file: Option<&str>,
+    ) -> Result<Result<Effective, String>, document::Problem> {
+        let given = self.given.iter().find(|(option, _)| option.flag == "profile").and_then(|(_, name)| name.as_str());
+        let in_file = file.and_then(|text| text.parse::<Table>().ok());
+        let in_file = in_file.as_ref().and_then(|table| table.get("profile")?.as_str());
+        let name = given.or(in_file).unwrap_or(default_profile.name);
+        let Some(named) = profile::named(name) else {
+            let names = profile::ALL.map(|profile| profile.name).join(", ");
+            return Ok(Err(format!("unknown profile `{name}`, expected one of {names}")));
+        };
+        let mut document = Document::of(&Effective::of(*named).whole());
+        for (flag, default) in defaults {
+            if let Some(option) = MapOption::named(flag) {
+                document.set(option, Value::Float(f64::from(*default)))?;
+            }
+        }
+        if let Some(text) = file {
+            document.lay_file(text)?;
+        }
+        for (option, value) in &self.given {
+            document.set(option, value.clone())?;
+        }
+        Ok(Effective::read(named, &document, None))
+    }
 }
 
 impl Effective {
     /// A profile as it is.
-    #[cfg(test)]
     pub(crate) fn of(profile: Profile) -> Self {
         Self { profile, max_range_m: None, poses: PoseDeviations::default(), supports: None }
+    }
+
+    /// What a configuration whose named profile is `named` comes to, or what is wrong with it. Supports are loaded, unless
+    /// they are `known`.
+    fn read(named: &Profile, document: &Document, known: Option<&SupportsFile>) -> Result<Self, String> {
+        let Configuration {
+            supports,
+            max_range_m,
+            pose_deviation_m,
+            heading_deviation_rad,
+            capacities,
+            mut settings,
+            ..
+        } = document.read()?;
+        let supports = match (supports, known) {
+            (Some(path), Some(known)) if known.path == path => Some(known.clone()),
+            (Some(path), _) => Some(load(&path).map_err(|error| format!("{error:#}"))?),
+            (None, _) => None,
+        };
+        let table = supports.as_ref().map_or(&SupportTable::EMPTY, |file| file.supports.table());
+        if !document.tile_named {
+            settings = settings.fitted(table);
+        }
+        settings.model().map_err(|error| error.to_string())?;
+        if let Some(SupportsFile { path, supports }) = &supports {
+            let file = path.display();
+            supports.matches(&settings).map_err(|error| format!("{file}: {error}; {}", remedy(supports, &error)))?;
+            settings.model_with(table.clone()).map_err(|error| format!("{file}: {error}"))?;
+        }
+        let poses = PoseDeviations { pose_deviation: pose_deviation_m, heading_deviation: heading_deviation_rad };
+        poses.check()?;
+        if let Some(max_range) = max_range_m.filter(|range| !(range.is_finite() && *range > 0.0)) {
+            return Err(format!("maximum range is {max_range}, expected a positive number"));
+        }
+        let mut profile = Profile { settings, capacities, ..*named };
+        make_room(&mut profile, &named.settings, &document.capacities_named);
+        Ok(Self { profile, max_range_m, poses, supports })
+    }
+
+    /// Everything that a configuration says.
+    fn whole(&self) -> Configuration {
+        let Self { profile, max_range_m, poses, supports } = self;
+        Configuration {
+            profile: profile.name.to_owned(),
+            supports: supports.as_ref().map(|file| file.path.clone()),
+            max_range_m: *max_range_m,
+            pose_deviation_m: poses.pose_deviation,
+            heading_deviation_rad: poses.heading_deviation,
+            capacities: profile.capacities,
+            settings: profile.settings,
+        }
+    }
+
+    /// The same as plain values, for reports.
+    pub(crate) fn values(&self) -> Table {
+        table_of(&self.whole())
+    }
+
+    /// A configuration file that means the same.
+    pub(crate) fn configuration(&self) -> anyhow::Result<String> {
+        let settings = self.profile.settings;
+        let table = self.table().map_or(&SupportTable::EMPTY, LearnedSupports::table);
+        Ok(self.whole().text(settings.fitted(table) == settings)?)
+    }
+
+    /// One of the numbers in effect; `None` where what is chosen has no such number.
+    pub(crate) fn number(&self, option: &MapOption) -> Option<f32> {
+        Document::of(&self.whole()).number(option)
+    }
+
+    /// The same with other numbers, or why that cannot be. Tile slots stay as they are: a map does not depend on them.
+    pub(crate) fn with(&self, numbers: &[(&'static MapOption, f32)]) -> Result<Self, String> {
+        let named = profile::named(self.profile.name).unwrap_or(&profile::INDOOR);
+        // What a scan may touch follows from the spacing anew.
+        let mut profile = self.profile;
+        profile.capacities.touched = named.capacities.touched;
+        let mut document = Document::of(&Self { profile, ..self.clone() }.whole());
+        document.capacities_named = vec!["tiles".to_owned()];
+        for (option, value) in numbers {
+            document.set(option, Value::Float(f64::from(*value))).map_err(|problem| problem.message)?;
+        }
+        Self::read(named, &document, self.supports.as_ref())
     }
 
     /// An empty map.
@@ -141,17 +337,12 @@ impl Effective {
     /// # Errors
     /// [`Usage`] if no map can be made like this.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn AnyMap>> {
-        map::open_with(&self.profile, self.table()).map_err(|error| Usage(error.to_string()).into())
-    }
-
-    /// A configuration file that means the same.
-    pub(crate) fn configuration(&self) -> anyhow::Result<String> {
-        Ok(toml::to_string(&MapValues::of(self))?)
+        map::open_with(&self.profile, self.table().cloned()).map_err(|error| Usage(error.to_string()).into())
     }
 
     /// Supports of their own that nodes of the map have.
-    pub(crate) fn table(&self) -> Option<&'static LearnedSupports> {
-        self.supports.as_ref().map(|file| file.supports)
+    pub(crate) fn table(&self) -> Option<&LearnedSupports> {
+        self.supports.as_ref().map(|file| &file.supports)
     }
 
     /// Scans as they are to be learned: with what is known about their poses, where they do not say.
@@ -162,16 +353,40 @@ impl Effective {
 
 /// Reads learned supports.
 fn load(path: &Path) -> anyhow::Result<SupportsFile> {
-    Ok(SupportsFile { path: path.to_owned(), supports: supports::load(path)?.interned() })
+    Ok(SupportsFile { path: path.to_owned(), supports: supports::load(path)? })
 }
 
 /// Reads a configuration file.
-fn read(path: &Path) -> anyhow::Result<MapValues> {
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    toml::from_str(&text).map_err(|error| {
-        let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-        Usage(format!("{}, line {line}: {}", path.display(), error.message())).into()
-    })
+fn read(path: &Path) -> anyhow::Result<String> {
+    fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Which options make a map that these supports fit.
+fn remedy(supports: &LearnedSupports, error: &SupportsError) -> String {
+    let alike = profile::ALL.into_iter().filter(|profile| supports.matches(&profile.settings).is_ok());
+    let names: Vec<_> = alike.map(|profile| format!("--profile {}", profile.name)).collect();
+    match error {
+        SupportsError::Spacing { learned_m, .. } => {
+            let spacing = format!("--spacing {learned_m}");
+            format!("give {}", [vec![spacing], names].concat().join(" or "))
+        }
+        _ if names.is_empty() => "no profile's lattice begins there".to_owned(),
+        _ => format!("give {}", names.join(" or ")),
+    }
+}
+
+/// Gives a map that is finer than its profile the tiles that the same area then takes, where they are not named. A coarser one
+/// keeps the profile's.
+fn make_room(profile: &mut Profile, named: &Settings, stated: &[String]) {
+    let ratio = named.spacing_m / profile.settings.spacing_m;
+    if ratio > 1.0 && profile.settings.tile.count.is_none() {
+        let capacities = &mut profile.capacities;
+        for (name, tiles) in [("tiles", &mut capacities.tiles), ("touched", &mut capacities.touched)] {
+            if !stated.iter().any(|stated| stated == name) {
+                *tiles = ((*tiles as f32 * ratio * ratio).ceil() as usize).clamp(*tiles, MAX_SCALED_TILES);
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -211,10 +426,11 @@ mod tests {
             &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
             &["--pose-deviation=0.05", "--heading-deviation=0.01"],
             &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
-            &["--slots=3", "--kernel-shape=1.2", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3"],
+            &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3", "--spacing=0.1"],
+            &["--kernel=two-scales", "--kernel-shape=0.3", "--support=rectangle", "--support-samples=3"],
         ] {
             let expected = effective(arguments).unwrap();
-            fs::write(&path, toml::to_string(&MapValues::of(&expected)).unwrap()).unwrap();
+            fs::write(&path, expected.configuration().unwrap()).unwrap();
             assert_eq!(effective(&["--config", path.to_str().unwrap()]).unwrap(), expected, "{arguments:?}");
         }
     }
@@ -223,7 +439,7 @@ mod tests {
     fn a_flag_overrides_the_file_and_the_file_the_profile() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.toml");
-        fs::write(&path, "profile = \"compact\"\npasses = 2\nspacing = 0.4\n").unwrap();
+        fs::write(&path, "profile = \"compact\"\n[settings]\npasses = 2\nspacing_m = 0.4\n").unwrap();
         let profile = effective(&["--spacing", "0.3", "--config", path.to_str().unwrap()]).unwrap().profile;
         assert_eq!((profile.name, profile.settings.passes, profile.settings.spacing_m), ("compact", 2, 0.3));
     }
@@ -233,11 +449,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.toml");
         for (text, says) in [
-            ("passes = 2\nspacin = 1.0\n", ", line 2: unknown field `spacin`, expected one of `profile`, `spacing`"),
-            ("\n\nrule = \"newton\"\n", ", line 3: unknown rule `newton`, expected one of gaussian-variational, "),
-            ("passes = \"many\"\n", ", line 1: invalid type: string \"many\", expected u32"),
-            ("spacing = \n", ", line 1: "),
-            ("spacing = -1.0\n", ": spacing is -1, expected 1 mm to 1 km"),
+            ("[settings]\nspacin_m = 1.0\n", ", line 2: unknown field `spacin_m`, expected one of `"),
+            (
+                "\n[settings]\nrule = \"newton\"\n",
+                ", line 3: unknown rule `newton`, expected one of gaussian-variational, ",
+            ),
+            (
+                "settings.beam = { point-samples = { length = 1.0 } }\n",
+                ", line 1: unknown field `length`, expected one of ",
+            ),
+            ("[settings]\npasses = \"many\"\n", ", line 2: `settings.passes` is \"many\", expected a number"),
+            ("[settings]\nspacing_m = \n", ", line 2: "),
+            ("[settings]\nspacing_m = -1.0\n", ": spacing is -1, expected 1 mm to 1 km"),
+            ("settings.kernel.squared-exponential.shape = 0\n", ": kernel shape is 0, expected a positive number"),
+            ("profile = \"cellar\"\n", ": unknown profile `cellar`, expected one of indoor, "),
         ] {
             fs::write(&path, text).unwrap();
             let error = effective(&["--config", path.to_str().unwrap()]).unwrap_err();
@@ -245,5 +470,44 @@ mod tests {
             let expected = format!("{}{says}", path.display());
             assert!(error.to_string().starts_with(&expected), "{error} is not {expected}");
         }
+    }
+
+    #[test]
+    fn a_choice_keeps_what_it_has_in_common_with_the_one_before() {
+        use bhm_core::beam::{AnyBeamRule, LineSegments};
+        let outdoor = effective(&["--profile=outdoor", "--beam-rule=line-segments"]).unwrap().profile.settings;
+        assert_eq!(outdoor.beam, AnyBeamRule::LineSegments(LineSegments { gap_m: 0.3, ..LineSegments::DEFAULT }));
+        // The paper's start of the rule is kept when the rule is named again.
+        let paper = effective(&["--profile=paper", "--rule=jaakkola-jordan"]).unwrap().profile.settings;
+        assert_eq!(paper, profile::PAPER.settings);
+    }
+
+    #[test]
+    fn a_setting_that_nothing_chosen_has_is_refused() {
+        for (argument, says) in [
+            ("--kernel-shape=1", "--kernel-shape: cubic-b-spline has no kernel-shape"),
+            ("--support-size=1", "--support-size: point has no support-size"),
+            ("--segment-length=1", "--segment-length: point-samples has no segment-length"),
+        ] {
+            assert_eq!(effective(&[argument]).unwrap_err().to_string(), says);
+        }
+    }
+
+    #[test]
+    fn numbers_are_set_by_option_and_nothing_else_changes() {
+        let mut start = effective(&["--kernel=squared-exponential", "--max-range=30"]).unwrap();
+        start.profile.capacities.tiles = 77;
+        for (flag, value) in
+            [("spacing", 0.3), ("kernel-shape", 0.7), ("prior-precision", 1e-3), ("free-spacing", 0.8), ("gap", 0.2)]
+        {
+            let option = MapOption::named(flag).unwrap();
+            let changed = start.with(&[(option, value)]).unwrap();
+            assert_eq!(changed.number(option), Some(value));
+            assert_ne!(start.number(option), Some(value));
+            assert_eq!(changed.with(&[(option, start.number(option).unwrap())]), Ok(start.clone()), "{flag}");
+        }
+        let gap = MapOption::named("gap").unwrap();
+        assert_eq!(start.with(&[(gap, -1.0)]).unwrap_err().split(" is ").next(), Some("gap before a hit"));
+        assert_eq!(Effective::of(profile::INDOOR).number(MapOption::named("kernel-shape").unwrap()), None);
     }
 }

@@ -41,8 +41,9 @@ impl PoseDeviations {
 
     /// Says so in a scan that has no covariance of its own.
     pub(crate) fn apply(&self, scan: &mut ScanRecord) {
-        if !self.are_zero() && scan.pose_covariance.is_none() {
-            scan.pose_covariance = Some(PoseCovariance::independent(self.pose_deviation, self.heading_deviation));
+        if !self.are_zero() && scan.header.pose_covariance.is_none() {
+            scan.header.pose_covariance =
+                Some(PoseCovariance::independent(self.pose_deviation, self.heading_deviation));
         }
     }
 

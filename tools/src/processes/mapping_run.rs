@@ -20,7 +20,7 @@ use super::{
     report::{Made, RunReport},
 };
 use crate::{
-    options::{Effective, MapOptions, MapValues},
+    options::{Effective, MapOptions},
     output::Output,
 };
 
@@ -82,9 +82,8 @@ impl MappingRun<'_> {
         let stop = stop_on_signals()?;
         let folder = &exhibits.output;
         fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        let options = MapValues::of(&self.options);
         let config = folder.join("options.toml");
-        write(&config, toml::to_string(&options)?)?;
+        write(&config, self.options.configuration()?)?;
 
         let firmware = exhibits.firmware.as_ref().map(|elf| Firmware::find(elf, folder)).transpose()?;
         let map_file = folder.join("map.bhm");
@@ -103,19 +102,19 @@ impl MappingRun<'_> {
             Some(firmware) => {
                 let posterior = outcome.posterior.take().context("no posterior was read")?;
                 let (tiles, occupancy) = (posterior.tile_indices(), &|at: &_| posterior.occupancy(at));
-                let finished = FinishedMap { model: *posterior.model(), tiles, occupancy };
+                let finished = FinishedMap { model: posterior.model().clone(), tiles, occupancy };
                 self.draw(&finished, &[], folder)?;
                 (Made::by_firmware(firmware, &*posterior), score(&finished)?)
             }
             None => {
                 let Snapshot { map, extras } = snapshot::load(&map_file)?;
                 let (tiles, occupancy) = (map.tile_indices(), &|at: &_| map.occupancy(at));
-                let finished = FinishedMap { model: map.model(), tiles, occupancy };
+                let finished = FinishedMap { model: map.model().clone(), tiles, occupancy };
                 self.draw(&finished, &extras.path_m, folder)?;
                 (Made::saved(&*map, &outcome), score(&finished)?)
             }
         };
-        let report = RunReport::new(self.title, folder, outcome, made, scores, options);
+        let report = RunReport::new(self.title, folder, outcome, made, scores, self.options.values());
         write(&folder.join("report.md"), report.markdown()?)?;
         write(&folder.join("report.json"), serde_json::to_string_pretty(&report)? + "\n")?;
         output.result(&report, || report.text())?;

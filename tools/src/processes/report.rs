@@ -13,7 +13,7 @@ use super::{
     group::{GroupResult, ProcessIds},
     json_lines::{Onboarded, Sent, Watched},
 };
-use crate::{options::MapValues, output::table};
+use crate::output::table;
 
 /// What three processes did together.
 #[derive(Serialize)]
@@ -33,7 +33,7 @@ pub(super) struct RunReport {
     source: Sent,
     onboard: Onboarded,
     watch: Watched,
-    options: MapValues,
+    options: toml::Table,
 }
 
 /// Checksums of the posterior at the end; equal ones are equal bit for bit.
@@ -88,7 +88,7 @@ impl RunReport {
         outcome: GroupResult,
         made: Made,
         scores: Option<Scores>,
-        options: MapValues,
+        options: toml::Table,
     ) -> Self {
         let GroupResult { processes, beginning, sent, onboarded, mut watched, .. } = outcome;
         // The digest stands for them from here on.

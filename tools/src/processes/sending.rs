@@ -104,9 +104,10 @@ impl Sending {
     ) -> anyhow::Result<Sent> {
         let mut sent = Sent::default();
         let start = Instant::now();
-        let first_ns = scans.peek().map_or(0, |scan| scan.stamp_ns);
+        let first_ns = scans.peek().map_or(0, |scan| scan.header.stamp_ns);
         while let Some(scan) = scans.next() {
-            let due = self.due(sent.scans).unwrap_or(Duration::from_nanos(scan.stamp_ns.saturating_sub(first_ns)));
+            let due =
+                self.due(sent.scans).unwrap_or(Duration::from_nanos(scan.header.stamp_ns.saturating_sub(first_ns)));
             if !sleep_until(start + due, stop) {
                 return Ok(Sent { seconds: start.elapsed().as_secs_f64(), ..sent });
             }

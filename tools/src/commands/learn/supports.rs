@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use bhm_bench::scattered::{Cluster, ClusterOptions, Clusters, learn_clusters};
-use bhm_core::{kernel::KernelChoice, relevance::RelevanceSettings, settings::Settings};
+use bhm_core::{kernel::KernelSettings, relevance::RelevanceSettings, settings::Settings};
 use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions},
@@ -94,7 +94,7 @@ impl Supports {
         let name = log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let source = format!("relevance detection on {name}, {} passes", self.em_passes);
         let learned = learn_relevance(|| &scans.scans, settings, &relevance, source)?;
-        if settings.kernel == KernelChoice::CubicBSpline {
+        if matches!(settings.kernel, KernelSettings::CubicBSpline(_)) {
             tracing::warn!(
                 "the {} blurs by quadrature, which is slow; map with --kernel squared-exponential",
                 settings.kernel.name()

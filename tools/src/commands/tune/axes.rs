@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::By;
 use crate::{
-    options::{Effective, Number},
+    options::{Effective, MapOption},
     output::Usage,
 };
 
@@ -68,35 +68,36 @@ impl SearchAxes {
     ///
     /// # Errors
     /// [`Usage`] for a number that the options do not use, or that this score cannot compare.
-    pub(super) fn of(&self, start: &Effective, by: By) -> anyhow::Result<(Vec<Number>, Vec<Axis>)> {
-        let mut asked: Vec<(Number, &List, f64)> = Vec::new();
+    pub(super) fn of(&self, start: &Effective, by: By) -> anyhow::Result<(Vec<&'static MapOption>, Vec<Axis>)> {
+        let mut asked: Vec<(&str, &List, f64)> = Vec::new();
         // A prior is known by its order of magnitude at best; lengths are known better.
         for (number, list, factor) in [
-            (Number::Spacing, &self.try_spacing, SQRT_2),
-            (Number::KernelShape, &self.try_kernel_shape, SQRT_2),
-            (Number::PriorPrecision, &self.try_prior_precision, 10.0),
-            (Number::FreeSpacing, &self.try_free_spacing, SQRT_2),
-            (Number::Gap, &self.try_gap, SQRT_2),
+            ("spacing", &self.try_spacing, SQRT_2),
+            ("kernel-shape", &self.try_kernel_shape, SQRT_2),
+            ("prior-precision", &self.try_prior_precision, 10.0),
+            ("free-spacing", &self.try_free_spacing, SQRT_2),
+            ("gap", &self.try_gap, SQRT_2),
         ] {
             asked.extend(list.as_ref().map(|list| (number, list, factor)));
         }
         if asked.is_empty() {
-            if start.has_kernel_shape() {
-                asked.push((Number::KernelShape, &List::Auto, SQRT_2));
+            if MapOption::named("kernel-shape").is_some_and(|shape| start.number(shape).is_some()) {
+                asked.push(("kernel-shape", &List::Auto, SQRT_2));
             }
-            asked.push((Number::PriorPrecision, &List::Auto, 10.0));
+            asked.push(("prior-precision", &List::Auto, 10.0));
         }
-        let mut axes = Vec::new();
-        for (number, list, factor) in &asked {
-            let (name, value) = (number.name(), start.number(*number));
-            let kernel = start.profile.settings.kernel.name();
-            let problem = match number {
-                Number::KernelShape if !start.has_kernel_shape() => Some(format!("the kernel {kernel} has no shape")),
-                Number::FreeSpacing | Number::Gap if by == By::Objective => {
-                    Some("another value makes other observations, whose objectives cannot be compared".to_owned())
-                }
-                _ if **list == List::Auto && value <= 0.0 => Some(format!("it is {value}: nothing to go around")),
-                _ => None,
+        let (mut options, mut axes) = (Vec::new(), Vec::new());
+        for (name, list, factor) in &asked {
+            let option = MapOption::named(name).ok_or_else(|| Usage(format!("--try-{name}: no such option")))?;
+            let Some(value) = start.number(option) else {
+                return Err(Usage(format!("--try-{name}: what is chosen has no {name}")).into());
+            };
+            let problem = if option.changes_observations() && by == By::Objective {
+                Some("another value makes other observations, whose objectives cannot be compared".to_owned())
+            } else if **list == List::Auto && value <= 0.0 {
+                Some(format!("it is {value}: nothing to go around"))
+            } else {
+                None
             };
             if let Some(problem) = problem {
                 return Err(Usage(format!("--try-{name}: {problem}")).into());
@@ -105,18 +106,25 @@ impl SearchAxes {
                 List::Auto => Values::Around { factor: *factor },
                 List::Given(values) => Values::Given(values.clone()),
             };
+            options.push(option);
             axes.push(Axis { start: value, values });
         }
-        Ok((asked.iter().map(|(number, ..)| *number).collect(), axes))
+        Ok((options, axes))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::{kernel::KernelChoice, profile};
+    use bhm_core::{
+        kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
+        profile,
+    };
 
-    fn start(kernel: KernelChoice) -> Effective {
+    const SPLINE: KernelSettings = KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT);
+    const EXPONENTIAL: KernelSettings = KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT);
+
+    fn start(kernel: KernelSettings) -> Effective {
         let mut profile = profile::COMPACT;
         profile.settings = profile.settings.with_kernel(kernel);
         Effective::of(profile)
@@ -133,16 +141,19 @@ mod tests {
 
     #[test]
     fn by_default_the_prior_is_searched_and_the_shape_where_there_is_one() {
-        let numbers = |kernel| SearchAxes::default().of(&start(kernel), By::Nll).unwrap().0;
-        assert_eq!(numbers(KernelChoice::CubicBSpline), [Number::PriorPrecision]);
-        assert_eq!(numbers(KernelChoice::SquaredExponential), [Number::KernelShape, Number::PriorPrecision]);
+        let flags = |kernel| -> Vec<&str> {
+            let (options, _) = SearchAxes::default().of(&start(kernel), By::Nll).unwrap();
+            options.iter().map(|option| option.flag).collect()
+        };
+        assert_eq!(flags(SPLINE), ["prior-precision"]);
+        assert_eq!(flags(EXPONENTIAL), ["kernel-shape", "prior-precision"]);
     }
 
     #[test]
     fn only_what_is_asked_for_is_searched_and_from_where_the_options_are() {
         let asked = SearchAxes { try_gap: Some(List::Given(vec![0.0, 0.2])), ..SearchAxes::default() };
-        let (numbers, axes) = asked.of(&start(KernelChoice::CubicBSpline), By::Nll).unwrap();
-        assert_eq!(numbers, [Number::Gap]);
+        let (options, axes) = asked.of(&start(SPLINE), By::Nll).unwrap();
+        assert_eq!(options.iter().map(|option| option.flag).collect::<Vec<_>>(), ["gap"]);
         assert_eq!(axes, [Axis { start: 0.1, values: Values::Given(vec![0.0, 0.2]) }]);
     }
 }

@@ -115,8 +115,7 @@ impl Tune {
 
         let named = |values: &[f32]| numbers.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
         let found = search(&axes, method, self.max_cost, |place, values| {
-            let said: Vec<_> =
-                named(values).iter().map(|(number, value)| format!("{} {value}", number.name())).collect();
+            let said: Vec<_> = named(values).iter().map(|(number, value)| format!("{} {value}", number.flag)).collect();
             let name = format!("candidate {}: {}", place + 1, said.join(", "));
             info!("{name}");
             Trial::run(start.with(&named(values)), self.by, &parts.validation, name)

@@ -11,7 +11,7 @@ use super::{
     trial::{Scored, Trial, TrialResult},
 };
 use crate::{
-    options::Number,
+    options::MapOption,
     output::{bytes, columns, table},
 };
 
@@ -27,7 +27,7 @@ pub(super) struct Tuned<'a> {
     pub(super) log_path: &'a Path,
     pub(super) path: &'a Path,
     pub(super) scans: usize,
-    pub(super) numbers: Vec<Number>,
+    pub(super) numbers: Vec<&'static MapOption>,
     pub(super) parts: Parts,
     pub(super) found: Found<Trial>,
     pub(super) best: usize,
@@ -79,7 +79,7 @@ impl Tuned<'_> {
             self.numbers
                 .iter()
                 .zip(&tried.values)
-                .map(|(number, value)| (number.name().to_owned(), short(*value)))
+                .map(|(number, value)| (number.flag.to_owned(), short(*value)))
                 .collect()
         };
         Summary {
@@ -115,7 +115,7 @@ impl Tuned<'_> {
         let Tune { every, fraction, seed, max_cost, .. } = self.request;
         let [validation, test, of] = self.parts.beams();
         let [start, best] = [0, self.best].map(|place| &self.found.tried[place].result);
-        let names: Vec<_> = self.numbers.iter().map(|number| number.name()).collect();
+        let names: Vec<_> = self.numbers.iter().map(|number| number.flag).collect();
         let lines = [
             format!("The best of {} candidates by `bhm tune`; read it with --config FILE.", self.found.tried.len()),
             // Quoted, so that no name of a file can end the comment.
@@ -160,7 +160,7 @@ impl Tuned<'_> {
     }
 
     fn candidates(&self) -> Vec<Vec<String>> {
-        let names = self.numbers.iter().map(|number| number.name());
+        let names = self.numbers.iter().map(|number| number.flag);
         let scores = ["NLL", "AUC", "ECE", "objective/row", "ms/scan", "cost", "tiles", "memory", ""];
         let mut rows = vec![std::iter::once("").chain(names).chain(scores).map(str::to_owned).collect::<Vec<_>>()];
         for (place, tried) in self.found.tried.iter().enumerate() {
