@@ -6,6 +6,7 @@ mod archive;
 mod capacity;
 mod digest;
 mod owned;
+mod vectorised;
 mod zeroed;
 
 pub use any::{AnyMap, UnknownShape, open, open_with, shape};

@@ -9,8 +9,10 @@ use bhm_core::{
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };
 
+use pulp::Arch;
+
 use super::{
-    TileArchive, UnknownShape,
+    TileArchive, UnknownShape, vectorised,
     zeroed::{zeroed_box, zeroed_slice},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -157,7 +159,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If the scan as a whole is not usable.
     pub fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        vectorised(|| mapper.integrate(scan, archive))
+        Arch::new().dispatch(vectorised::Integrate { mapper, archive, scan })
     }
 
     /// Learns labelled observations; see [`Mapper::integrate_observations`].
@@ -166,7 +168,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If there are more than the memory holds.
     pub fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        vectorised(|| mapper.integrate_observations(observations, archive))
+        Arch::new().dispatch(vectorised::IntegrateObservations { mapper, archive, observations })
     }
 
     /// Continues a saved map: counters, and every tile, those that do not fit the store going to the archive.
@@ -183,23 +185,6 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
             self.archive.keep(tile);
         }
     }
-}
-
-/// Runs the inlined core compiled for the widest vectors that this processor has (AVX2 on x86-64). No fused multiply–add is
-/// used: the results are the same bit for bit.
-fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    struct Work<F>(F);
-
-    impl<R, F: FnOnce() -> R> pulp::NullaryFnOnce for Work<F> {
-        type Output = R;
-
-        #[inline(always)]
-        fn call(self) -> R {
-            (self.0)()
-        }
-    }
-
-    pulp::Arch::new().dispatch(Work(work))
 }
 
 impl<const M: usize, const B: usize> Viewed<2> for OwnedMapper<M, B> {
