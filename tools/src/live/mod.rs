@@ -10,7 +10,6 @@ mod exhibition;
 mod firmware;
 mod firmware_log;
 mod meeting;
-mod port;
 mod report;
 pub(crate) mod said;
 mod sending;
@@ -19,6 +18,5 @@ pub(crate) use self::{
     deadline::Deadline,
     exhibition::{Exhibition, Exhibits, Finished},
     meeting::Meeting,
-    port::{Address, Port},
     sending::{Part, Sending},
 };

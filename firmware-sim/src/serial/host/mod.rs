@@ -2,6 +2,7 @@
 
 mod device_says;
 mod mirror;
+mod port;
 
 use std::boxed::Box;
 use std::vec;
@@ -21,6 +22,7 @@ use super::{
 };
 pub use device_says::{Device, DeviceRefused, DeviceStatus};
 pub use mirror::{Directory, Mirror, MirrorCounters, MirroredTile};
+pub use port::{BridgePort, HostPort, PortAddress};
 
 /// Most tiles that are asked for by name; if more are missing, all are asked for.
 const MOST_NAMED: usize = 512;
