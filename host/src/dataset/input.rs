@@ -9,7 +9,6 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::DatasetError;
 use super::damage::{DamageLog, DamageReason};
-use crate::supports::SCATTERED_MAGIC;
 
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
@@ -41,7 +40,7 @@ pub(crate) fn describe(head: &[u8]) -> String {
         return "an empty file".to_owned();
     }
     // Of the files that this program writes, the one that few of its commands read.
-    if head.starts_with(&SCATTERED_MAGIC) {
+    if head.starts_with(b"BHM sct\n") {
         return "a list of scattered supports, which `bhm experiment placement` alone reads".to_owned();
     }
     let first_line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();

@@ -28,7 +28,7 @@ mod error;
 mod header;
 mod record;
 mod settings;
-#[cfg(test)]
+#[cfg(all(test, feature = "sim"))]
 mod tests;
 
 use std::path::Path;

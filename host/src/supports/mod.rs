@@ -11,12 +11,15 @@
 //! A support is written as its kind's name and plain numbers, so that a further kind needs no line here. A file is not
 //! trusted: [`decode`] takes any bytes without panicking, and allocates little more than their length.
 
+// Needs a random generator.
+#[cfg(feature = "sim")]
 mod clusters;
 mod coding;
 mod error;
 mod file;
 mod intern;
 mod relevance;
+#[cfg(feature = "sim")]
 mod scattered;
 mod table;
 #[cfg(test)]
@@ -24,14 +27,17 @@ pub(crate) mod test_supports;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "sim")]
 pub use clusters::{
     ClusterError, ClusterOptions, MAX_CLUSTERS, Observation, SEEDS_PER_CLUSTER, k_means, learn_clusters,
 };
-pub(crate) use coding::{Coded, Kinds};
+pub(crate) use coding::Coded;
+#[cfg(feature = "ipc")]
+pub(crate) use coding::Kinds;
 pub use error::{SupportsBytesError, SupportsError, SupportsFileError};
 pub use file::{VERSION, decode, encode, load, save};
 pub use relevance::{LearnedRelevance, MAX_NODES, RelevanceError, RelevanceOptions, learn_relevance, observe};
-pub(crate) use scattered::SCATTERED_MAGIC;
+#[cfg(feature = "sim")]
 pub use scattered::{
     Cluster, Clusters, SCATTERED_VERSION, ScatteredBytesError, ScatteredFileError, decode_scattered, encode_scattered,
     load_scattered, save_scattered,
