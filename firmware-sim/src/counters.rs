@@ -45,7 +45,7 @@ counters! {
     rejected_too_many_beams,
     /// Scans refused: the pose is not finite.
     rejected_pose_not_finite,
-    /// Scans refused: the covariance of their pose is none.
+    /// Scans refused: the covariance of their pose is not positive semi-definite, or not finite.
     rejected_pose_covariance,
     /// Scans refused: the pose is further away than single precision resolves.
     rejected_pose_too_far,
@@ -131,7 +131,15 @@ impl Counters {
             + self.rejected_otherwise
     }
 
-    pub(crate) fn count_integrated(&mut self, report: &IntegrateReport) {
+    /// Adds what became of a scan.
+    pub fn count(&mut self, outcome: &Result<IntegrateReport, ScanRejected>) {
+        match outcome {
+            Ok(report) => self.count_integrated(report),
+            Err(reason) => self.count_rejected(reason),
+        }
+    }
+
+    fn count_integrated(&mut self, report: &IntegrateReport) {
         self.integrated += 1;
         let IntegrateReport { beams, points, .. } = report;
         for (counter, more) in [
@@ -164,7 +172,7 @@ impl Counters {
         }
     }
 
-    pub(crate) fn count_rejected(&mut self, reason: &ScanRejected) {
+    fn count_rejected(&mut self, reason: &ScanRejected) {
         *match reason {
             ScanRejected::TooManyBeams { .. } => &mut self.rejected_too_many_beams,
             ScanRejected::PoseNotFinite => &mut self.rejected_pose_not_finite,

@@ -271,13 +271,11 @@ impl<P> Learner<P> {
             // What a source sent before it was first heard was not sent to this loop.
             _ => self.counters.sources += 1,
         }
-        match self.map.integrate(&scan) {
-            Ok(report) => {
-                self.map_from_sensor = scan.map_from_sensor;
-                self.counters.count_integrated(&report);
-            }
-            Err(reason) => self.counters.count_rejected(&reason),
+        let outcome = self.map.integrate(&scan);
+        if outcome.is_ok() {
+            self.map_from_sensor = scan.map_from_sensor;
         }
+        self.counters.count(&outcome);
         self.handled = Some((source, sequence));
         self.ended = last;
         self.counters.sources_ended += u64::from(last);

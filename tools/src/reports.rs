@@ -1,16 +1,20 @@
 //! What reading and learning report, said on standard error and added up.
 
-use std::path::Path;
+use std::{
+    ops::{Deref, DerefMut},
+    path::Path,
+};
 
 use bhm_core::{
     mapper::{IntegrateReport, ScanRejected},
     profile::Profile,
 };
+use bhm_firmware_sim::Counters;
 use bhm_host::{
     ScanRecord,
     dataset::{Damage, MaxRangeSource, PointReport, ReadReport},
 };
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use tracing::{info, warn};
 
 /// Damaged lines that are quoted; all are counted.
@@ -68,73 +72,40 @@ pub(crate) fn source(source: MaxRangeSource) -> &'static str {
     }
 }
 
-/// What became of all scans, by name.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Learned {
-    pub(crate) scans: u64,
-    pub(crate) scans_rejected: u64,
-    pub(crate) beams_hit: u64,
-    pub(crate) beams_beyond_range: u64,
-    pub(crate) beams_no_return: u64,
-    pub(crate) beams_not_a_number: u64,
-    pub(crate) beams_negative: u64,
-    pub(crate) beams_too_near: u64,
-    pub(crate) beams_over_capacity: u64,
-    pub(crate) points_used: u64,
-    pub(crate) points_unplaceable: u64,
-    pub(crate) points_outside: u64,
-    pub(crate) points_over_capacity: u64,
-    pub(crate) points_narrowed: u64,
-    pub(crate) rows_over_capacity: u64,
-    pub(crate) tiles_evicted: u64,
-    pub(crate) tiles_restored: u64,
-    pub(crate) tiles_lost: u64,
-    pub(crate) tiles_failed: u64,
-    pub(crate) passes: u64,
-    pub(crate) safeguards: u64,
-    pub(crate) conditioned: u64,
+/// What became of all scans, by the names that the onboard program counts by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Learned(Counters);
+
+impl Deref for Learned {
+    type Target = Counters;
+
+    fn deref(&self) -> &Counters {
+        &self.0
+    }
+}
+
+impl DerefMut for Learned {
+    fn deref_mut(&mut self) -> &mut Counters {
+        &mut self.0
+    }
+}
+
+impl Serialize for Learned {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let totals = [("scans", self.integrated), ("scans_rejected", self.rejected())];
+        serializer.collect_map(totals.into_iter().chain(self.iter()))
+    }
 }
 
 impl Learned {
     /// Adds what became of a scan; a rejection is also said, at first.
-    pub(crate) fn add(&mut self, result: Result<IntegrateReport, ScanRejected>) {
-        match result {
-            Ok(report) => self.count(&report),
-            Err(rejected) => {
-                self.scans_rejected += 1;
-                if self.scans_rejected <= DAMAGE_SHOWN as u64 {
-                    warn!("scan {} rejected: {rejected}", self.scans + self.scans_rejected);
-                }
-            }
-        }
-    }
-
-    fn count(&mut self, report: &IntegrateReport) {
-        self.scans += 1;
-        let IntegrateReport { beams, points, .. } = report;
-        for (total, count) in [
-            (&mut self.beams_hit, beams.hits),
-            (&mut self.beams_beyond_range, beams.beyond_range),
-            (&mut self.beams_no_return, beams.no_return),
-            (&mut self.beams_not_a_number, beams.not_a_number),
-            (&mut self.beams_negative, beams.negative),
-            (&mut self.beams_too_near, beams.too_near),
-            (&mut self.beams_over_capacity, beams.over_capacity),
-            (&mut self.points_used, points.used),
-            (&mut self.points_unplaceable, points.unplaceable),
-            (&mut self.points_outside, points.outside),
-            (&mut self.points_over_capacity, points.over_capacity),
-            (&mut self.points_narrowed, points.narrowed),
-            (&mut self.rows_over_capacity, report.rows_over_capacity + report.rows_refused),
-            (&mut self.tiles_evicted, report.tiles_evicted),
-            (&mut self.tiles_restored, report.tiles_restored),
-            (&mut self.tiles_lost, report.tiles_lost),
-            (&mut self.tiles_failed, report.tiles_failed),
-            (&mut self.passes, report.passes),
-            (&mut self.safeguards, report.safeguards),
-            (&mut self.conditioned, report.conditioned),
-        ] {
-            *total += u64::from(count);
+    pub(crate) fn add(&mut self, outcome: &Result<IntegrateReport, ScanRejected>) {
+        self.received += 1;
+        self.count(outcome);
+        if let Err(rejected) = outcome
+            && self.rejected() <= DAMAGE_SHOWN as u64
+        {
+            warn!("scan {} rejected: {rejected}", self.received);
         }
     }
 
@@ -142,7 +113,7 @@ impl Learned {
     pub(crate) fn warn(&self, profile: &Profile) {
         let capacities = &profile.capacities;
         for (count, what) in [
-            (self.scans_rejected, "scans rejected".to_owned()),
+            (self.rejected(), "scans rejected".to_owned()),
             (self.beams_not_a_number, "beams dropped: not a number".to_owned()),
             (self.beams_negative, "beams dropped: negative range".to_owned()),
             (self.beams_too_near, "beams dropped: nearer than the sensor measures".to_owned()),
@@ -163,7 +134,10 @@ impl Learned {
                 self.points_narrowed,
                 "observations learned as less uncertain than their pose: the stencil has no room for more".to_owned(),
             ),
-            (self.rows_over_capacity, format!("observations dropped: over {} in one tile", capacities.rows)),
+            (
+                self.rows_over_capacity + self.rows_refused,
+                format!("observations dropped: over {} in one tile", capacities.rows),
+            ),
             (self.tiles_lost, "tiles lost".to_owned()),
             (self.tiles_failed, "updates of a tile failed and changed nothing".to_owned()),
         ] {
@@ -175,9 +149,9 @@ impl Learned {
 
     /// In a line, for people.
     pub(crate) fn summary(&self) -> String {
-        let Self { scans, scans_rejected, points_used, beams_hit, beams_beyond_range, beams_no_return, .. } = self;
+        let Counters { integrated, points_used, beams_hit, beams_beyond_range, beams_no_return, .. } = self.0;
         let dropped = self.beams_not_a_number + self.beams_negative + self.beams_too_near + self.beams_over_capacity;
-        let mut text = format!("{scans} scans ({scans_rejected} rejected), {points_used} observations");
+        let mut text = format!("{integrated} scans ({} rejected), {points_used} observations", self.rejected());
         if beams_hit + beams_beyond_range + beams_no_return + dropped > 0 {
             text += &format!(
                 " from {beams_hit} hits, {beams_beyond_range} beyond range, {beams_no_return} without return; {dropped} dropped"

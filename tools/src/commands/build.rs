@@ -57,11 +57,11 @@ impl Build {
             if result.is_ok() {
                 extras.path_m.push([scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]);
             }
-            learned.add(result);
+            learned.add(&result);
         }
         let seconds = start.elapsed().as_secs_f64();
         learned.warn(&options.profile);
-        anyhow::ensure!(learned.scans > 0, "{}: not one scan could be learned from", log_path.display());
+        anyhow::ensure!(learned.integrated > 0, "{}: not one scan could be learned from", log_path.display());
         snapshot::save(path, &*map, &extras)?;
 
         let (resident, archived) = map.tile_counts();
@@ -81,7 +81,7 @@ impl Build {
                 ("learned", built.learned.summary()),
                 ("max range", format!("{} m, {}", built.max_range_m, reports::source(log.report.max_range_source))),
                 ("tiles", built.tiles.to_string()),
-                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.scans as f64 / seconds)),
+                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.integrated as f64 / seconds)),
             ])
         })
     }

@@ -203,7 +203,7 @@ fn timed(learned: &mut Learned, learn: impl FnOnce() -> Outcome) -> Duration {
     let start = Instant::now();
     let outcome = learn();
     let duration = start.elapsed();
-    learned.add(outcome);
+    learned.add(&outcome);
     duration
 }
 

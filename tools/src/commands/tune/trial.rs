@@ -107,7 +107,7 @@ fn learn(options: &Effective, exam: Exam<'_>, name: String) -> Outcome {
             rows += u64::from(report.rows);
             work += work_of(report, &options.profile, shape);
         }
-        learned.add(outcome);
+        learned.add(&outcome);
     }
     // They were NaN to the map, but they are not the log's fault.
     learned.beams_not_a_number = learned.beams_not_a_number.saturating_sub(beams_removed as u64);
