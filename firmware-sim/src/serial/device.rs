@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
 
-/// What [`SerialLink`] works in, 25 KB.
+/// The memory that a [`SerialLink`] works in, 25 KB.
 #[derive(Debug)]
 pub struct LinkBuffers {
     deframer: Deframer<TO_DEVICE_BYTES>,
@@ -26,7 +26,7 @@ pub struct LinkBuffers {
 }
 
 impl LinkBuffers {
-    /// Unused, for a `static`.
+    /// Empty buffers, for a `static`.
     pub const NEW: Self = Self {
         deframer: Deframer::NEW,
         ranges_m: [0.0; MAX_BEAMS],

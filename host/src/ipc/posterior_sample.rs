@@ -36,19 +36,19 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
         }
     }
 
-    /// Whose it is and how new.
+    /// Which mapper published the posterior, and when.
     #[must_use]
     pub fn header(&self) -> &PosteriorHeader {
         self.sample.user_header()
     }
 
-    /// The functions it was made with.
+    /// The functions that the posterior was made with.
     #[must_use]
     pub fn model(&self) -> &Model<'static> {
         &self.model
     }
 
-    /// Its tiles, in ascending order of index.
+    /// The posterior's tiles, in ascending order of index.
     #[must_use]
     pub fn tiles(&self) -> &[PosteriorTile<M, B>] {
         self.sample.payload()

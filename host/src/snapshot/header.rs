@@ -47,7 +47,10 @@ pub(super) struct TileKey {
 }
 
 impl Header {
-    /// What no map's header says, found before anything is built from it.
+    /// Checks the values of the header before anything is built from them.
+    ///
+    /// # Errors
+    /// The first value out of its range.
     pub(super) fn check(&self) -> Result<(), SnapshotError> {
         let settings = &self.settings;
         let sides = settings.tile_width.iter().chain(&settings.tile_stride);
@@ -57,8 +60,8 @@ impl Header {
             ("update rule", "positive numbers", rule_is_usable(&settings.rule)),
             ("profile", "a name of at most 64 bytes", is_name(&self.profile)),
             ("path", "finite numbers", self.path_m.as_flattened().iter().all(|metres| metres.is_finite())),
-            ("tiles", "each once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
-            ("tiles", "none touched after the last scan", self.tiles.iter().all(|t| t.touched_at <= self.scans)),
+            ("tiles", "each index once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
+            ("tiles", "no tile touched after the last scan", self.tiles.iter().all(|t| t.touched_at <= self.scans)),
         ] {
             if !good {
                 return Err(SnapshotError::HeaderValue { name, expected });

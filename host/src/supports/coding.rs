@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{LearnedSupports, LearnedWith, SupportsError, table::node_of};
 
-/// Which kinds of support the numbers of a file or message stand for; `None` for one that is not known here.
+/// Which kinds of support the numbers of a file or message stand for; `None` for a kind that this program does not have.
 pub(crate) struct Kinds(Vec<Option<SupportChoice>>);
 
 impl Kinds {
@@ -24,7 +24,10 @@ impl Kinds {
         SupportChoice::ALL.iter().position(|other| *other == kind).unwrap_or_default() as u32
     }
 
-    /// The supports of these kinds and numbers, the first that is none being an error with the node it stands for.
+    /// The supports of these kinds and numbers.
+    ///
+    /// # Errors
+    /// The first kind that this program does not have, or numbers that are not those of their kind, with the support's node.
     pub(crate) fn supports(
         &self,
         window: &Window<2>,
@@ -75,7 +78,8 @@ impl Coded {
 
     pub(crate) fn supports(self) -> Result<LearnedSupports, SupportsError> {
         let kernel = KernelChoice::ALL.iter().find(|kernel| kernel.name() == self.kernel);
-        let kernel = *kernel.ok_or(SupportsError::Value { name: "kernel", expected: "a kernel that is known here" })?;
+        let kernel =
+            *kernel.ok_or(SupportsError::Value { name: "kernel", expected: "a kernel that this program has" })?;
         let window = Window { first: self.first, width: self.width.map(|width| width as usize) };
         let supports = Kinds::named(self.kinds.lines()).supports(&window, self.supports.into_iter())?;
         let learned_with = LearnedWith { kernel, kernel_shape: self.kernel_shape, source: self.source };

@@ -9,30 +9,30 @@ use crate::serial::{Damage, HelloFrame, StatusFrame, packed, settings_fingerprin
 /// Which device is at the other end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Device {
-    /// The number of its run.
+    /// The number of the device's run.
     pub run: u64,
-    /// The name of its profile.
+    /// The name of the device's profile.
     pub profile: String,
     /// Passes over each scan.
     pub passes: u32,
-    /// Tiles that it has room for.
+    /// Tiles that the device has room for.
     pub slots: usize,
 }
 
-/// A device whose tiles mean something else here, or nothing.
+/// Why a device's posterior cannot be used on this computer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceRefused {
-    /// It has another profile.
-    #[error("the device has the profile {device:?}, this end has {host:?}")]
+    /// The device has another profile.
+    #[error("the device has the profile {device:?}, this computer has {host:?}")]
     Profile {
         /// The device's.
         device: String,
-        /// This end's.
+        /// This computer's.
         host: &'static str,
     },
     /// The profile has the same name and other settings.
     #[error(
-        "the device was built with other settings of the profile {profile:?}: their fingerprint is {device:08x}, here \
+        "the device was built with other settings of the profile {profile:?}: fingerprint {device:08x}, on this computer \
          {host:08x}"
     )]
     Settings {
@@ -40,25 +40,25 @@ pub enum DeviceRefused {
         profile: String,
         /// The device's fingerprint.
         device: u32,
-        /// This end's.
+        /// This computer's.
         host: u32,
     },
-    /// Its tiles have another shape.
+    /// The device's tiles have another shape.
     #[error(
-        "the device's tiles have {} supports in a band of {}, here {} in a band of {}", device.0, device.1, host.0, host.1
+        "the device's tiles have {} supports in a band of {}, this computer's {} in a band of {}", device.0, device.1, host.0, host.1
     )]
     Shape {
         /// The device's supports and band.
         device: (u32, u32),
-        /// This end's.
+        /// This computer's.
         host: (u32, u32),
     },
-    /// It claims to hold no tile, or more than a computer would.
-    #[error("the device claims to have room for {slots} tiles, at most {most} are believed")]
+    /// The device claims room for no tile, or for more than a computer would hold.
+    #[error("the device claims room for {slots} tiles, expected 1 to {most}")]
     Slots {
-        /// What it claims.
+        /// Tiles that the device claims room for.
         slots: u32,
-        /// What is believed.
+        /// The most that is accepted.
         most: u32,
     },
 }

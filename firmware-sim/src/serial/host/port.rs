@@ -70,7 +70,11 @@ impl FromStr for PortAddress {
             return if path.is_empty() { Err("unix: without a path".to_owned()) } else { Ok(Self::Unix(path.into())) };
         }
         let Some(place) = text.strip_prefix("tcp:") else {
-            return if text.is_empty() { Err("no port".to_owned()) } else { Ok(Self::Terminal(text.into())) };
+            return if text.is_empty() {
+                Err("an empty port: expected a path, unix:PATH or tcp:ADDRESS:PORT".to_owned())
+            } else {
+                Ok(Self::Terminal(text.into()))
+            };
         };
         let unclear = || format!("expected tcp:ADDRESS:PORT, for instance tcp:127.0.0.1:5555, not '{text}'");
         let (host, port) = place.rsplit_once(':').ok_or_else(unclear)?;
@@ -144,10 +148,10 @@ pub struct HostPort {
 }
 
 impl HostPort {
-    /// Opens it, and tries again for so long if it is not there.
+    /// Opens the line, trying again for as long as `patience` where it is not there yet.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// What the operating system says about the last attempt.
     pub fn open(address: PortAddress, baud: Option<u32>, patience: Duration) -> io::Result<Self> {
         let asked = Instant::now();
         loop {
@@ -266,7 +270,7 @@ mod tests {
             ("tcp:127.0.0.1:x", "expected tcp:ADDRESS:PORT"),
             ("tcp:robot:5555", "expected tcp:ADDRESS:PORT"),
             ("unix:", "without a path"),
-            ("", "no port"),
+            ("", "an empty port"),
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(says), "{text}: {error}");

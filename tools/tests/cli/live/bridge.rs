@@ -305,7 +305,7 @@ fn a_device_that_is_silent_or_another_is_an_error_and_a_signal_ends_a_bridge() {
     let other = device(bench.path("line"), profile::INDOOR, None);
     let bridge = Process::join(&bench, &domain, "bridge --port unix:line").ends();
     assert_eq!(bridge.code, Some(1), "{}", bridge.stderr);
-    let says = "the device has the profile \"indoor\", this end has \"compact\"";
+    let says = "the device has the profile \"indoor\", this computer has \"compact\"";
     assert!(bridge.stderr.contains(says), "{}", bridge.stderr);
     other.switch_off();
 
