@@ -10,7 +10,7 @@ macro_rules! counters {
         }
 
         impl $counters {
-            /// Nothing happened yet; for a `static`.
+            /// All zero, for a `static`.
             pub const NONE: Self = Self { $($name: 0),* };
 
             /// Every counter and its name, in a fixed order.
@@ -23,7 +23,7 @@ macro_rules! counters {
 pub(crate) use counters;
 
 counters! {
-    /// Everything that happened, by name. What is not counted here did not happen.
+    /// Everything that happened in the loop, by name. What is not counted here did not happen.
     Counters:
     /// Scans that came and could be read.
     received,

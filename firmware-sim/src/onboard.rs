@@ -41,7 +41,7 @@ impl Default for Options {
 /// Why the loop ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It was told to.
+    /// The link said to stop.
     Stopped,
     /// The source ended.
     SourceEnded,
@@ -58,7 +58,7 @@ pub enum Step {
 
 /// The loop: a map, a link, and what happened.
 ///
-/// Nothing it does waits for a reader or allocates, and one turn deals with one scan at most.
+/// The loop neither waits for a reader nor allocates, and one turn deals with one scan at most.
 #[derive(Debug)]
 pub struct Onboard<P, L, const M: usize, const B: usize>
 where

@@ -54,7 +54,7 @@ impl<F> From<DoesNotFit> for SerialFault<F> {
 
 /// The world at the other end of a serial line: the device's end.
 ///
-/// It says nothing until a host greets it. From then on it sends each tile that changed, then the directory of what the host
+/// The link says nothing until a host greets the device. From then on it sends each tile that changed, then the directory of what the host
 /// must have by now. A host that lacks some of it asks for that again.
 #[derive(Debug)]
 pub struct SerialLink<'m, P> {

@@ -2,7 +2,7 @@ use embedded_io::{Read, ReadReady, Write};
 
 /// A serial port as the loop on a device needs it: the traits of `embedded-io`, and what they lack. A board has one.
 ///
-/// It is read only when [`ReadReady`] says that a byte is there, and written whole messages at a time.
+/// The loop reads only when [`ReadReady`] says that a byte is there, and writes whole messages at a time.
 pub trait Port: Read + ReadReady + Write {
     /// Bytes that came and are lost, since the start: nobody read them in time.
     fn overruns(&self) -> u32;

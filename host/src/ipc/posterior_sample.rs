@@ -17,7 +17,7 @@ pub(super) struct Refused<const M: usize, const B: usize> {
 
 /// A posterior that passed the checks, borrowed from shared memory until this is dropped. Queries run on it in place.
 ///
-/// It stays as it was when it was received, whatever the mapper does meanwhile, its death included.
+/// The posterior stays as it was when it was received, whatever the mapper does meanwhile, its death included.
 #[derive(Debug)]
 pub struct PosteriorSample<const M: usize, const B: usize> {
     sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,

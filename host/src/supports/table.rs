@@ -15,7 +15,7 @@ pub const MAX_SOURCE_BYTES: usize = 1 << 12;
 pub struct LearnedWith {
     /// The kernel.
     pub kernel: KernelChoice,
-    /// Its shape, in units of spacing².
+    /// The kernel's shape, in units of spacing².
     pub kernel_shape: f32,
     /// From what and how, in words; empty where that is not known.
     pub source: String,
@@ -89,7 +89,7 @@ impl LearnedSupports {
         &self.window
     }
 
-    /// Their supports, in the window's order.
+    /// The nodes' supports, in the window's order.
     #[must_use]
     pub fn supports(&self) -> &[AnySupport<2>] {
         &self.supports

@@ -66,7 +66,7 @@ pub enum DeviceRefused {
 /// How far a device has come.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceStatus {
-    /// Its newest directory; 0 before the first.
+    /// The device's newest directory; 0 before the first.
     pub directory: u64,
     /// Which run of which source it heard last, and the scan up to which all of its scans are dealt with.
     pub handled: Option<(u64, u64)>,
@@ -78,7 +78,7 @@ pub struct DeviceStatus {
     pub slowest_update_ns: u64,
     /// The most that its stack ever took, bytes, where that is known.
     pub stack_high_water_bytes: Option<u32>,
-    /// Its loop's counters.
+    /// The counters of the device's loop.
     pub counters: Vec<(String, u64)>,
     /// What it saw of the line.
     pub link: Vec<(String, u64)>,
