@@ -10,7 +10,7 @@ macro_rules! counters {
         }
 
         impl $counters {
-            /// Nothing happened yet; for a `static`.
+            /// All zero, for a `static`.
             pub const NONE: Self = Self { $($name: 0),* };
 
             /// Every counter and its name, in a fixed order.
@@ -23,7 +23,7 @@ macro_rules! counters {
 pub(crate) use counters;
 
 counters! {
-    /// Everything that happened, by name. What is not counted here did not happen.
+    /// Everything that happened in the loop, by name. What is not counted here did not happen.
     Counters:
     /// Scans that came and could be read.
     received,
@@ -45,7 +45,7 @@ counters! {
     rejected_too_many_beams,
     /// Scans refused: the pose is not finite.
     rejected_pose_not_finite,
-    /// Scans refused: the covariance of their pose is none.
+    /// Scans refused: the covariance of their pose is not positive semi-definite, or not finite.
     rejected_pose_covariance,
     /// Scans refused: the pose is further away than single precision resolves.
     rejected_pose_too_far,
@@ -131,8 +131,15 @@ impl Counters {
             + self.rejected_otherwise
     }
 
-    /// Adds a scan that was learned.
-    pub fn count_integrated(&mut self, report: &IntegrateReport) {
+    /// Adds what became of a scan.
+    pub fn count(&mut self, outcome: &Result<IntegrateReport, ScanRejected>) {
+        match outcome {
+            Ok(report) => self.count_integrated(report),
+            Err(reason) => self.count_rejected(reason),
+        }
+    }
+
+    fn count_integrated(&mut self, report: &IntegrateReport) {
         self.integrated += 1;
         let IntegrateReport { beams, observations, .. } = report;
         for (counter, more) in [
@@ -165,8 +172,7 @@ impl Counters {
         }
     }
 
-    /// Adds a scan that was refused.
-    pub fn count_rejected(&mut self, reason: &ScanRejected) {
+    fn count_rejected(&mut self, reason: &ScanRejected) {
         *match reason {
             ScanRejected::TooManyBeams { .. } => &mut self.rejected_too_many_beams,
             ScanRejected::PoseNotFinite => &mut self.rejected_pose_not_finite,

@@ -26,8 +26,8 @@ pub use archive::LentArchive;
 pub use counters::Counters;
 #[cfg(feature = "ipc")]
 pub use ipc::{
-    BridgeCounters, BridgeError, BridgeOptions, BridgePort, BridgeSummary, FinishFailed, OnboardError, OnboardOptions,
-    Summary, run_bridge, run_onboard,
+    BridgeCounters, BridgeError, BridgeOptions, BridgeSummary, FinishFailed, OnboardError, OnboardOptions, Summary,
+    run_bridge, run_onboard,
 };
 pub use link::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable, UpdateTime};
 pub use map::{LentMap, OnboardMap};

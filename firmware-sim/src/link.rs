@@ -6,13 +6,13 @@ use crate::Counters;
 ///
 /// No method waits for a reader, and none but [`receive`](Self::receive) waits at all.
 pub trait Link<const M: usize, const B: usize> {
-    /// What can go wrong in it.
+    /// What can go wrong in the link.
     type Fault;
 
     /// The next thing that happened, borrowed from the link.
     ///
-    /// With [`Patience::Some`] it may wait for it, but not so long that a stop would seem ignored. It also tends to what
-    /// needs tending when nothing happens.
+    /// With [`Patience::Some`] the link may wait for something to happen, but not so long that a stop would seem ignored. It
+    /// also does what has to be done when nothing happens.
     ///
     /// # Errors
     /// If the link failed; the loop counts it and goes on.
@@ -24,7 +24,7 @@ pub trait Link<const M: usize, const B: usize> {
     /// If the link failed; the loop counts it and goes on.
     fn publish(&mut self, mapper: &Mapper<'_, 2, M, B>, news: &News) -> Result<(), Self::Fault>;
 
-    /// Says how far the loop has come: to the source, which may wait for it, and to onlookers.
+    /// Says how far the loop has come: to the source, which may wait for that, and to onlookers.
     ///
     /// # Errors
     /// If the link failed; the loop counts it and goes on.
@@ -32,18 +32,18 @@ pub trait Link<const M: usize, const B: usize> {
 
     /// What a clock that never goes back shows, nanoseconds since whenever it began; `None` in a world without one.
     ///
-    /// It is read to say how long updates take ([`UpdateTime`]) and which of them are too slow, and never changes a map.
+    /// The clock is read to say how long updates take ([`UpdateTime`]) and which of them are too slow; it never changes a map.
     fn now_ns(&mut self) -> Option<u64> {
         None
     }
 
-    /// Whether the world has not been shown yet what was published: the loop then publishes again instead of waiting.
+    /// Whether part of what was published has not left the link yet: the loop then publishes again instead of waiting.
     fn behind(&self) -> bool {
         false
     }
 }
 
-/// Whether to wait.
+/// Whether to wait for something to happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Patience {
     /// Answer at once.
@@ -52,14 +52,14 @@ pub enum Patience {
     Some,
 }
 
-/// What happened.
+/// What came over a link.
 #[derive(Clone, Copy, Debug)]
 pub enum Incoming<'a> {
     /// A scan came.
     Scan(IncomingScan<'a>),
     /// Something came that is not a scan for this loop.
     Unusable(Unusable),
-    /// Nothing.
+    /// Nothing came.
     Nothing,
     /// The loop is to end.
     Stop,
@@ -68,29 +68,29 @@ pub enum Incoming<'a> {
 /// A scan, and which one it is.
 #[derive(Clone, Copy, Debug)]
 pub struct IncomingScan<'a> {
-    /// Which run of which source sent it.
+    /// Which run of which source sent the scan.
     pub source: u64,
-    /// That source's count, from 1.
+    /// The source's count of its scans, from 1.
     pub sequence: u64,
-    /// Whether the source said that it is its last.
+    /// Whether the source said that the scan is its last.
     pub last: bool,
     /// What the link's clock ([`Link::now_ns`]) showed when the link had the scan; `None` without a clock. A loop cannot ask
     /// for it later: until the scan is learned, it is borrowed from the link.
     pub received_ns: Option<u64>,
-    /// The scan; not yet judged.
+    /// The scan, whose values were not checked yet.
     pub scan: Scan<'a>,
 }
 
 /// Why a message is of no use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
-    /// It cannot be read.
+    /// The message cannot be read.
     Unreadable,
-    /// It was meant for an earlier run of this program, and will be sent again.
+    /// The message was meant for an earlier run of this program, and will be sent again.
     ForAnother,
 }
 
-/// What is worth knowing about a posterior that is not in it.
+/// What is said with a posterior that the posterior itself does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct News {
     /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.

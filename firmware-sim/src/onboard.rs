@@ -41,7 +41,7 @@ impl Default for Options {
 /// Why the loop ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It was told to.
+    /// The link said to stop.
     Stopped,
     /// The source ended.
     SourceEnded,
@@ -58,7 +58,7 @@ pub enum Step {
 
 /// The loop: a map, a link, and what happened.
 ///
-/// Nothing it does waits for a reader or allocates, and one turn deals with one scan at most.
+/// The loop neither waits for a reader nor allocates, and one turn deals with one scan at most.
 #[derive(Debug)]
 pub struct Onboard<P, L, const M: usize, const B: usize>
 where
@@ -271,13 +271,11 @@ impl<P> Learner<P> {
             // What a source sent before it was first heard was not sent to this loop.
             _ => self.counters.sources += 1,
         }
-        match self.map.integrate(&scan) {
-            Ok(report) => {
-                self.map_from_sensor = scan.header.map_from_sensor;
-                self.counters.count_integrated(&report);
-            }
-            Err(reason) => self.counters.count_rejected(&reason),
+        let outcome = self.map.integrate(&scan);
+        if outcome.is_ok() {
+            self.map_from_sensor = scan.header.map_from_sensor;
         }
+        self.counters.count(&outcome);
         self.handled = Some((source, sequence));
         self.ended = last;
         self.counters.sources_ended += u64::from(last);

@@ -222,11 +222,11 @@ fn every_reason_has_its_counter() {
     let mut counters = Counters::default();
     for rejection in &rejections {
         let before = counters;
-        counters.count_rejected(rejection);
+        counters.count(&Err(*rejection));
         assert_eq!(counters.rejected(), before.rejected() + 1);
         assert_eq!(counters.iter().zip(before.iter()).filter(|(now, then)| now != then).count(), 1);
     }
-    counters.count_integrated(&IntegrateReport { tiles_lost: 3, ..IntegrateReport::default() });
+    counters.count(&Ok(IntegrateReport { tiles_lost: 3, ..IntegrateReport::default() }));
     assert_eq!((counters.integrated, counters.tiles_lost), (1, 3));
     let names: std::collections::BTreeSet<_> = counters.iter().map(|(name, _)| name).collect();
     assert_eq!(names.len(), counters.iter().len());

@@ -2,7 +2,10 @@
 
 use core::{cell::RefCell, convert::Infallible};
 
-use bhm_firmware_sim::serial::{Arrived, Arriving, Port};
+use bhm_firmware_sim::serial::{
+    Arrived, Arriving, Port,
+    embedded_io::{ErrorType, Read, ReadReady, Write},
+};
 use critical_section::Mutex;
 
 use crate::{
@@ -29,20 +32,40 @@ impl BoardPort {
     }
 }
 
-impl Port for BoardPort {
-    type Fault = Infallible;
+impl ErrorType for BoardPort {
+    type Error = Infallible;
+}
 
-    fn read(&mut self) -> Option<u8> {
-        self.arrived.pop()
+impl ReadReady for BoardPort {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.arrived.is_empty())
+    }
+}
+
+impl Read for BoardPort {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize, Infallible> {
+        while !into.is_empty() && self.arrived.is_empty() {
+            self.idle();
+        }
+        let bytes = core::iter::from_fn(|| self.arrived.pop());
+        Ok(into.iter_mut().zip(bytes).map(|(to, from)| *to = from).count())
+    }
+}
+
+impl Write for BoardPort {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        Selected::write(bytes);
+        Ok(bytes.len())
     }
 
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl Port for BoardPort {
     fn overruns(&self) -> u32 {
         self.arrived.overruns()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Infallible> {
-        Selected::write(bytes);
-        Ok(())
     }
 
     fn idle(&mut self) {

@@ -20,9 +20,8 @@ use bhm_host::{
     map::{self, UnknownShape},
 };
 
-use super::BridgePort;
 use crate::counters::counters;
-use crate::serial::{DeviceStatus, HostEnd, Mirror, NewsFrame, packed::TileVersion};
+use crate::serial::{BridgePort, DeviceStatus, HostEnd, Mirror, NewsFrame, packed::TileVersion};
 pub use outcome::{BridgeError, BridgeSummary};
 
 /// How a bridge behaves.

@@ -1,7 +1,6 @@
 //! The loop on a computer: scans and posteriors through shared memory, a map that owns its memory and keeps an archive.
 
 mod bridge;
-mod bridge_port;
 mod link;
 mod path;
 mod recorded_map;
@@ -27,7 +26,6 @@ use bhm_host::{
 
 use crate::{Counters, End, Onboard, Options, UpdateTime};
 pub use bridge::{BridgeCounters, BridgeError, BridgeOptions, BridgeSummary, run_bridge};
-pub use bridge_port::BridgePort;
 use link::SharedMemoryLink;
 pub(crate) use recorded_map::RecordedMap;
 

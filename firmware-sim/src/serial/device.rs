@@ -8,48 +8,14 @@ use serde::Serialize;
 
 use super::{
     Bytes, Damage, Deframer, DirectoryPart, DoesNotFit, FROM_DEVICE_BYTES, FromDevice, HelloFrame, LinkCounters,
-    NewsFrame, PART_BYTES, ScanFrame, SentTile, StatusFrame, TO_DEVICE_BYTES, TilePart, ToDevice, Wanted, encode,
+    NewsFrame, PART_BYTES, Port, ScanFrame, SentTile, StatusFrame, TO_DEVICE_BYTES, TilePart, ToDevice, Wanted, encode,
     frame::read,
     packed::{self, TileVersion, tile_floats},
     sent::SentTiles,
 };
 use crate::{Incoming, IncomingScan, Link, News, Patience, Report, Unusable};
 
-/// A serial port as the loop needs it; a board has one.
-pub trait Port {
-    /// What can go wrong when it sends.
-    type Fault;
-
-    /// The oldest byte that came and was not read, if there is one. Does not wait.
-    fn read(&mut self) -> Option<u8>;
-
-    /// Bytes that came and are lost, since the start: nobody read them in time.
-    fn overruns(&self) -> u32;
-
-    /// Sends bytes, waiting until they are on their way.
-    ///
-    /// # Errors
-    /// If the port failed.
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Self::Fault>;
-
-    /// Rests until something happens, a byte that came before the call included, or a short while has passed.
-    fn idle(&mut self);
-
-    /// Lets a moment pass, tens of microseconds, or less if a byte comes: between two looks of a loop that waits for nothing.
-    fn pause(&mut self) {}
-
-    /// What a clock that never goes back shows, nanoseconds; `None` without one. See [`Link::now_ns`].
-    fn now_ns(&mut self) -> Option<u64> {
-        None
-    }
-
-    /// The most that the stack ever took, bytes, if that is known.
-    fn stack_high_water_bytes(&mut self) -> Option<u32> {
-        None
-    }
-}
-
-/// What [`SerialLink`] works in, 25 KB.
+/// The memory that a [`SerialLink`] works in, 25 KB.
 #[derive(Debug)]
 pub struct LinkBuffers {
     deframer: Deframer<TO_DEVICE_BYTES>,
@@ -59,7 +25,7 @@ pub struct LinkBuffers {
 }
 
 impl LinkBuffers {
-    /// Unused, for a `static`.
+    /// Empty buffers, for a `static`.
     pub const NEW: Self = Self {
         deframer: Deframer::NEW,
         ranges_m: [0.0; MAX_BEAMS],
@@ -87,7 +53,7 @@ impl<F> From<DoesNotFit> for SerialFault<F> {
 
 /// The world at the other end of a serial line: the device's end.
 ///
-/// It says nothing until a host greets it. From then on it sends each tile that changed, then the directory of what the host
+/// The link says nothing until a host greets the device. From then on it sends each tile that changed, then the directory of what the host
 /// must have by now. A host that lacks some of it asks for that again.
 #[derive(Debug)]
 pub struct SerialLink<'m, P> {
@@ -166,11 +132,14 @@ impl<'m, P: Port> SerialLink<'m, P> {
     }
 
     /// Reads on until something came of it, or nothing is left to be read.
-    fn listen<const M: usize, const B: usize>(&mut self) -> Result<Option<Got>, SerialFault<P::Fault>> {
+    fn listen<const M: usize, const B: usize>(&mut self) -> Result<Option<Got>, SerialFault<P::Error>> {
         self.buffers.deframer.counters.bytes_overrun = u64::from(self.port.overruns());
-        while let Some(byte) = self.port.read() {
+        // Byte by byte: what follows a message stays with the port until the message is dealt with.
+        while self.port.read_ready().map_err(SerialFault::Port)? {
+            let mut byte = [0];
+            self.port.read(&mut byte).map_err(SerialFault::Port)?;
             let LinkBuffers { deframer, ranges_m, .. } = &mut *self.buffers;
-            let Some(content) = deframer.take(&mut &[byte][..]) else { continue };
+            let Some(content) = deframer.take(&mut &byte[..]) else { continue };
             let mut answer = None;
             let got = content.and_then(read).and_then(|message| match message {
                 ToDevice::Scan(scan) if Some(scan.run) == self.run => header(&scan, ranges_m).map(Got::Scan),
@@ -210,7 +179,7 @@ impl<'m, P: Port> SerialLink<'m, P> {
     }
 
     /// Sends a message that lies outside the buffers.
-    fn send(&mut self, message: &impl Serialize) -> Result<(), SerialFault<P::Fault>> {
+    fn send(&mut self, message: &impl Serialize) -> Result<(), SerialFault<P::Error>> {
         let LinkBuffers { deframer, frame, .. } = &mut *self.buffers;
         send(&mut self.port, message, frame, &mut deframer.counters).map(|_| ())
     }
@@ -219,7 +188,7 @@ impl<'m, P: Port> SerialLink<'m, P> {
     fn send_tile<const M: usize, const B: usize>(
         &mut self,
         tile: &Tile<2, M, B>,
-    ) -> Result<usize, SerialFault<P::Fault>> {
+    ) -> Result<usize, SerialFault<P::Error>> {
         let LinkBuffers { deframer, part, frame, .. } = &mut *self.buffers;
         let view = tile.posterior.view();
         let mut bytes = 0;
@@ -237,7 +206,7 @@ impl<'m, P: Port> SerialLink<'m, P> {
         Ok(bytes)
     }
 
-    fn send_directory(&mut self, run: u64, news: &NewsFrame) -> Result<(), SerialFault<P::Fault>> {
+    fn send_directory(&mut self, run: u64, news: &NewsFrame) -> Result<(), SerialFault<P::Error>> {
         let LinkBuffers { deframer, part, frame, .. } = &mut *self.buffers;
         let (listed, behind) = (self.sent.known().count() as u32, self.sent.due() as u32);
         let (parts, _) = part.as_chunks_mut::<{ TileVersion::BYTES }>();
@@ -269,7 +238,7 @@ impl<'m, P: Port> SerialLink<'m, P> {
 }
 
 impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
-    type Fault = SerialFault<P::Fault>;
+    type Fault = SerialFault<P::Error>;
 
     fn receive(&mut self, patience: Patience) -> Result<Incoming<'_>, Self::Fault> {
         let mut got = self.listen::<M, B>()?;
@@ -350,9 +319,9 @@ fn send<P: Port>(
     message: &impl Serialize,
     frame: &mut [u8],
     counters: &mut LinkCounters,
-) -> Result<usize, SerialFault<P::Fault>> {
+) -> Result<usize, SerialFault<P::Error>> {
     let bytes = encode(message, frame)?;
-    port.write(bytes).map_err(SerialFault::Port)?;
+    port.write_all(bytes).map_err(SerialFault::Port)?;
     counters.frames_sent += 1;
     counters.bytes_sent += bytes.len() as u64;
     Ok(bytes.len())

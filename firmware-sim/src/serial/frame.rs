@@ -26,18 +26,18 @@ impl core::error::Error for DoesNotFit {}
 /// What is wrong with a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Damage {
-    /// It is too short, or no COBS.
+    /// The frame is too short, or not COBS.
     Cut,
-    /// Its check does not fit its content.
+    /// The frame's checksum does not fit its content.
     Crc,
-    /// It is whole, but of another version of the protocol.
+    /// The frame is whole, but of another version of the protocol.
     Version {
         /// Which.
         found: u8,
     },
-    /// It holds no message, or one that contradicts itself.
+    /// The frame is whole, but its content is not a message, or one that contradicts itself.
     Unreadable,
-    /// It is longer than any message; what was left of it was skipped.
+    /// The frame is longer than any message; the rest of it was skipped.
     Oversized,
 }
 

@@ -113,9 +113,9 @@ pub enum FromDevice<'a> {
     /// How far it has come, and everything it counts.
     #[serde(borrow)]
     Status(StatusFrame<'a>),
-    /// It was told to end and does so. What it has not sent yet follows.
+    /// The device was told to end and does so. What the device has not sent yet follows.
     Finishing {
-        /// Its run.
+        /// The device's run.
         run: u64,
     },
 }
@@ -133,7 +133,7 @@ pub struct HelloFrame<'a> {
     pub passes: u32,
     /// Supports of a tile, `M`.
     pub supports: u32,
-    /// Its band, `B`.
+    /// Width of a tile's band, `B`.
     pub band: u32,
     /// Tiles that it has room for.
     pub slots: u32,
@@ -162,7 +162,7 @@ pub struct TilePart<'a> {
 pub struct DirectoryPart<'a> {
     /// The device's run.
     pub run: u64,
-    /// Its count of directories, from 1.
+    /// The device's count of directories, from 1.
     pub number: u64,
     /// Tiles in all parts together.
     pub listed: u32,
@@ -201,7 +201,7 @@ pub struct NewsFrame {
 pub struct StatusFrame<'a> {
     /// The device's run.
     pub run: u64,
-    /// Its newest directory; 0 before the first.
+    /// The device's newest directory; 0 before the first.
     pub directory: u64,
     /// Which run of which source was heard last, and the scan up to which all of its scans are dealt with.
     pub handled: Option<(u64, u64)>,

@@ -1,7 +1,8 @@
 //! The loop at the end of a serial line: postcard messages in COBS frames, each with the protocol's version and a CRC-32.
 //!
 //! Both ends use what is defined here. A device wires [`Onboard`](crate::Onboard) to a [`SerialLink`] over its [`Port`]; with
-//! the feature `ipc`, a computer holds a [`HostEnd`], in which the device's posterior arises bit for bit.
+//! the feature `ipc`, a computer holds a [`HostEnd`], in which the device's posterior arises bit for bit, and reaches the
+//! device through a [`HostPort`]. Ports on both sides are those of `embedded-io`.
 //!
 //! | | message | answered by |
 //! |---|---|---|
@@ -30,12 +31,16 @@ mod host;
 mod link_counters;
 mod message;
 pub mod packed;
+mod port;
 mod queue;
 mod sent;
 #[cfg(test)]
 mod tests;
 
-pub use device::{LinkBuffers, Port, SerialFault, SerialLink};
+/// The traits that a [`Port`] builds on, in the version that it wants.
+pub use embedded_io;
+
+pub use device::{LinkBuffers, SerialFault, SerialLink};
 pub use frame::{Damage, Deframer, DoesNotFit, PROTOCOL_VERSION, encode};
 #[cfg(feature = "ipc")]
 pub use host::*;
@@ -44,5 +49,6 @@ pub use message::{
     Bytes, DirectoryPart, FROM_DEVICE_BYTES, FromDevice, HelloFrame, NewsFrame, PART_BYTES, ScanFrame, StatusFrame,
     TO_DEVICE_BYTES, TilePart, ToDevice, Wanted,
 };
+pub use port::Port;
 pub use queue::{Arrived, Arriving, ReceiveQueue};
 pub use sent::SentTile;

@@ -59,7 +59,7 @@ pub fn view_of<const M: usize, const B: usize>(floats: &[f32]) -> Option<Posteri
 /// Which tile, and how new.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TileVersion {
-    /// Its place in the grid of tiles.
+    /// The tile's place in the grid of tiles.
     pub index: TileIndex<2>,
     /// Updates that it has learned from.
     pub updates: u64,

@@ -2,7 +2,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Bytes on their way from an interrupt to the loop: a [`heapless`] queue, and a count of those that did not fit.
+/// Bytes on their way from an interrupt to the loop: a [`heapless`] queue, and a count of the bytes that did not fit.
 ///
 /// `N − 1` bytes fit. The loop reads between two updates only, so that a queue should hold what may come during one: a host
 /// that waits for a scan's acknowledgement sends no more than greetings and requests.
@@ -60,12 +60,12 @@ pub struct Arrived<'q> {
 }
 
 impl Arrived<'_> {
-    /// The oldest byte, if there is one.
+    /// The oldest byte that was not read, if there is one.
     pub fn pop(&mut self) -> Option<u8> {
         self.bytes.dequeue()
     }
 
-    /// Whether none has come.
+    /// Whether no byte waits to be read.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.bytes.ready()

@@ -2,24 +2,24 @@ use bhm_core::tile::{TileIndex, TileStore};
 
 use super::packed::TileVersion;
 
-/// What the other end has of a resident tile.
+/// What the host has of a resident tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SentTile {
-    /// Which tile, and how new it was when it was sent.
+    /// Which tile, and how new the tile was when it was sent.
     sent: TileVersion,
-    /// In which publication it was sent; 0 for none.
+    /// In which publication the tile was sent; 0 if in none.
     sent_in: u64,
-    /// Whether it has to be sent.
+    /// Whether the tile has to be sent.
     due: bool,
 }
 
 impl SentTile {
-    /// Nothing, for a `static`.
+    /// An entry of no tile, for a `static`.
     pub const NONE: Self =
         Self { sent: TileVersion { index: [0; 2], updates: 0, touched_at: 0 }, sent_in: 0, due: false };
 }
 
-/// What the other end has: an entry for each resident tile, in ascending order of index, in lent memory.
+/// What the host has of the map: an entry for each resident tile, in ascending order of index, in lent memory.
 #[derive(Debug)]
 pub(super) struct SentTiles<'m> {
     entries: &'m mut [SentTile],
@@ -31,7 +31,7 @@ impl<'m> SentTiles<'m> {
         Self { entries, resident: 0 }
     }
 
-    /// How many tiles it has room for.
+    /// How many tiles there is room for.
     pub(super) fn slots(&self) -> usize {
         self.entries.len()
     }
@@ -44,7 +44,7 @@ impl<'m> SentTiles<'m> {
         &mut self.entries[..self.resident]
     }
 
-    /// Looks which tiles are new, which have changed and which are gone; `false` if there are more than it has room for.
+    /// Looks which tiles are new, which have changed and which are gone; `false` if there are more than entries.
     pub(super) fn follow<const M: usize, const B: usize>(&mut self, store: &TileStore<'_, 2, M, B>) -> bool {
         let mut kept = 0;
         for at in 0..self.resident {

@@ -29,7 +29,7 @@ const MAX_LINE_BYTES: usize = MAX_BEAMS * 2 * 32 + 4_096;
 /// Shortest range of a scan, metres. The format does not say, but it writes centimetres, and a zero is a failed reading.
 const RANGE_MIN_M: f32 = 0.01;
 
-/// What damage reports tell about a count that is none.
+/// What a damage report says was expected of a count.
 const READINGS: &str = "1 to 2048";
 const REMISSIONS: &str = "0 to 2048";
 const _: () = assert!(MAX_BEAMS == 2_048, "READINGS and REMISSIONS name it");

@@ -102,7 +102,7 @@ pub enum MaxRangeSource {
 
 /// A format of scan logs.
 trait ScanFormat {
-    /// Its name with article, for messages.
+    /// The format's name with article, for messages.
     fn name(&self) -> &'static str;
 
     /// Whether a file that begins like this may be one.

@@ -14,16 +14,16 @@ use crate::map::{PosteriorDigest, posterior_digest};
 
 /// A posterior of any compiled shape, for programs that learn its shape at run time.
 pub trait AnyPosterior: Map<2> {
-    /// Whose it is and how new.
+    /// Which mapper published the posterior, and when.
     fn header(&self) -> &PosteriorHeader;
 
-    /// The functions it was made with.
+    /// The functions that the posterior was made with.
     fn model(&self) -> &Model<'static, 2>;
 
-    /// Indices of its tiles, ascending.
+    /// Indices of the posterior's tiles, ascending.
     fn tile_indices(&self) -> Vec<TileIndex<2>>;
 
-    /// What distinguishes it from another posterior, bit for bit: the digest of a map that holds these tiles and no others.
+    /// What distinguishes the posterior from another, bit for bit: the digest of a map that holds these tiles and no others.
     fn digest(&self) -> PosteriorDigest;
 }
 

@@ -5,7 +5,7 @@ use iceoryx2::prelude as iox;
 
 use super::IpcError;
 
-/// Where processes meet. Two domains see nothing of each other.
+/// Where processes find each other's services. Two domains see nothing of each other.
 ///
 /// Set in code and passed explicitly, so that a configuration file in the working directory has no say.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,10 +27,10 @@ impl Default for Domain {
 }
 
 impl Domain {
-    /// A domain whose files lie below `root`, and whose shared memory begins with `prefix`.
+    /// A domain whose files lie below `root`, and whose shared-memory segments have names that begin with `prefix`.
     ///
     /// # Errors
-    /// [`IpcError::Domain`] if either is too long, or holds what a file name cannot.
+    /// [`IpcError::Domain`] if one of them is too long, or holds what a file name cannot.
     pub fn new(root: impl Into<PathBuf>, prefix: impl Into<String>) -> Result<Self, IpcError> {
         let domain = Self { root: root.into(), prefix: prefix.into() };
         domain.config().map(|_| domain)
@@ -49,13 +49,13 @@ impl Domain {
         Self::new(root.join(name), format!("{prefix}{name}_"))
     }
 
-    /// Where its files lie.
+    /// The folder of the domain's files.
     #[must_use]
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// What its shared memory begins with.
+    /// What the names of the domain's shared-memory segments begin with.
     #[must_use]
     pub fn prefix(&self) -> &str {
         &self.prefix

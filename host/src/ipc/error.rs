@@ -1,7 +1,6 @@
 use super::SharedMemoryError;
 
-/// What a reader gets, from outside in: a fault of its port, nothing yet, a message that cannot be used and why, or a
-/// message.
+/// What receiving answers, from outside in: a fault of the port, no message yet, why a message cannot be used, or a message.
 pub type Received<T, R> = Result<Option<Result<T, R>>, IpcError>;
 
 /// Why a domain could not be joined, a port not opened, a message not sent or received.
@@ -31,8 +30,8 @@ pub enum IpcError {
         /// The domain's root path.
         root: String,
     },
-    /// Nobody offers the service (yet).
-    #[error("no mapper offers '{service}' in this domain ({root})")]
+    /// No process offers the service, perhaps only not yet.
+    #[error("no mapper offers the service '{service}' in this domain ({root})")]
     Absent {
         /// The service.
         service: &'static str,
@@ -40,13 +39,15 @@ pub enum IpcError {
         root: String,
     },
     /// The peer was built with another layout or another shape of tile.
-    #[error("'{service}' is in use with another message layout or tile shape; every process needs the same version")]
+    #[error(
+        "the service '{service}' is in use with another message layout or tile shape; every process needs the same version"
+    )]
     Incompatible {
         /// The service.
         service: &'static str,
     },
-    /// No more readers fit.
-    #[error("'{service}' has as many readers as it allows")]
+    /// The service has as many readers as it allows.
+    #[error("the service '{service}' has as many readers as it allows")]
     TooManyReaders {
         /// The service.
         service: &'static str,
@@ -54,8 +55,8 @@ pub enum IpcError {
     /// Shared memory does not suffice.
     #[error(transparent)]
     SharedMemory(#[from] SharedMemoryError),
-    /// The service is being created or removed by somebody else; only seen if that takes longer than a second.
-    #[error("'{service}' is in flux: {cause}")]
+    /// Another process is creating or removing the service; reported if that takes longer than a second.
+    #[error("another process is creating or removing the service '{service}': {cause}")]
     InFlux {
         /// The service.
         service: &'static str,
@@ -63,17 +64,17 @@ pub enum IpcError {
         cause: String,
     },
     /// A scan has more beams than a message holds.
-    #[error("{beams} beams, at most {} fit a scan message", bhm_core::scan::MAX_BEAMS)]
+    #[error("a scan of {beams} beams, at most {} fit a scan message", bhm_core::scan::MAX_BEAMS)]
     TooManyBeams {
         /// Beams of the scan.
         beams: usize,
     },
-    /// Anything else.
-    #[error("'{service}': {what}: {cause}")]
+    /// iceoryx2 failed for another reason.
+    #[error("service '{service}': {what}: {cause}")]
     Failed {
         /// The service.
         service: &'static str,
-        /// What was tried.
+        /// What went wrong.
         what: &'static str,
         /// What iceoryx2 said.
         cause: String,

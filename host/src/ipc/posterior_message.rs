@@ -24,9 +24,9 @@ pub struct PosteriorHeader {
     pub mapper: u64,
     /// The mapper's count of publications, from 1.
     pub sequence: u64,
-    /// Which run of which source was heard last; 0 for none.
+    /// Which run of which source the mapper heard last; 0 before the first.
     pub source: u64,
-    /// The newest scan of that source that is dealt with.
+    /// Sequence number of the newest scan of that source that is dealt with.
     pub scan_sequence: u64,
     /// Stamp of the newest scan integrated, nanoseconds on its source's clock.
     pub stamp_ns: u64,
@@ -46,7 +46,7 @@ pub struct PosteriorHeader {
     pub theta_rad: f32,
     /// Supports of a tile, `M`.
     pub supports: u32,
-    /// Its band, `B`.
+    /// Width of a tile's band, `B`.
     pub band: u32,
     /// The [digest](crate::supports::LearnedSupports::digest) of the supports of their own that nodes have; 0 for none.
     pub supports_digest: u32,
@@ -64,11 +64,11 @@ unsafe impl PlainNumbers for PosteriorHeader {}
 #[derive(Debug, ZeroCopySend)]
 #[type_name("bhm.posterior-tile.v1")]
 pub struct PosteriorTile<const M: usize, const B: usize> {
-    /// The mapper's scan count when it was last touched.
+    /// The mapper's scan count when the tile was last touched.
     pub touched_at: u64,
-    /// Number of updates it has learned from.
+    /// Number of updates that the tile has learned from.
     pub updates: u64,
-    /// Its place in the grid of tiles.
+    /// The tile's place in the grid of tiles.
     pub index: TileIndex<2>,
     /// `Σ` and `μ` of the bias. Without bias: 1 and 0.
     pub bias_covariance: f32,
@@ -176,7 +176,7 @@ impl PosteriorHeader {
     /// What is inside a tile is not looked at: numbers that are not finite give answers that are not, and nothing worse.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// The first fault found in the header or the tiles.
     pub fn check<const M: usize, const B: usize>(
         &self,
         tiles: &[PosteriorTile<M, B>],

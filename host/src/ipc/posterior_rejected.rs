@@ -5,29 +5,29 @@ use super::{PosteriorHeader, SupportsRejected};
 /// A posterior that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PosteriorRejected {
-    /// It does not begin as a posterior does.
-    #[error("not a posterior: it begins with {found:#018x}")]
+    /// The message does not begin as a posterior message does.
+    #[error("not a posterior message: begins with {found:#018x}")]
     Magic {
-        /// What it begins with.
+        /// What the message begins with.
         found: u64,
     },
-    /// It has another layout.
-    #[error("posterior layout {found}, {} is understood", PosteriorHeader::VERSION)]
+    /// The message has another layout.
+    #[error("posterior message in layout version {found}, only {} is understood", PosteriorHeader::VERSION)]
     Version {
-        /// Its layout.
+        /// The message's layout version.
         found: u32,
     },
-    /// It has flags that mean nothing.
-    #[error("unknown flags {found:#x}")]
+    /// The message has flags that this layout does not define.
+    #[error("posterior message with unknown flags {found:#x}")]
     Flags {
-        /// Its flags.
+        /// The message's flags, or the reserved word.
         found: u32,
     },
-    /// It comes from no mapper, or has no number.
-    #[error("a posterior without a mapper or a number")]
+    /// The number of the mapper's run or the sequence number is 0.
+    #[error("posterior message with mapper or sequence number 0")]
     Unnumbered,
-    /// Its tiles have another shape than the reader's.
-    #[error("tiles of {supports} supports in a band of {band} are not this reader's")]
+    /// The posterior's tiles have another shape than the reader's.
+    #[error("posterior with tiles of {supports} supports in a band of {band}, another shape than this reader's")]
     Shape {
         /// `M`.
         supports: u32,
@@ -35,7 +35,7 @@ pub enum PosteriorRejected {
         band: u32,
     },
     /// The number of tiles is not the one that arrived.
-    #[error("{claimed} tiles are announced, {arrived} arrived")]
+    #[error("posterior of {claimed} tiles, {arrived} arrived")]
     Count {
         /// What the header says.
         claimed: u64,
@@ -43,27 +43,27 @@ pub enum PosteriorRejected {
         arrived: usize,
     },
     /// Tiles are not in ascending order of index.
-    #[error("tile {at} is out of order")]
+    #[error("posterior: the index of tile {at} is not above that of the tile before")]
     Order {
         /// Position of the first that is not above the one before.
         at: usize,
     },
-    /// The settings cannot be decoded: another version's, or damaged.
-    #[error("the posterior's settings cannot be decoded")]
+    /// The settings in the header cannot be decoded: they are another version's, or damaged.
+    #[error("posterior with settings that cannot be decoded")]
     SettingsEncoding,
-    /// Its supports are not here (yet).
+    /// The learned supports that the header names have not arrived, perhaps only not yet.
     #[error("the posterior's supports ({digest:08x}) have not arrived")]
     SupportsMissing {
-        /// Their digest.
+        /// The digest of the supports.
         digest: u32,
     },
-    /// Its supports arrived and cannot be used.
+    /// The posterior's learned supports arrived and cannot be used.
     #[error("the posterior's supports: {0}")]
     Supports(#[from] SupportsRejected),
     /// The sensor's pose is not finite.
-    #[error("the sensor's pose is not finite")]
+    #[error("posterior with a sensor pose that is not finite")]
     Pose,
-    /// The geometry contradicts itself.
+    /// The settings in the header contradict each other.
     #[error(transparent)]
     Settings(#[from] SettingsError),
 }

@@ -18,7 +18,7 @@ pub(super) struct Refused<const M: usize, const B: usize> {
 
 /// A posterior that passed the checks, borrowed from shared memory until this is dropped. Queries run on it in place.
 ///
-/// It stays as it was when it was received, whatever the mapper does meanwhile, its death included.
+/// The posterior stays as it was when it was received, whatever the mapper does meanwhile, its death included.
 #[derive(Debug)]
 pub struct PosteriorSample<const M: usize, const B: usize> {
     sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
@@ -37,19 +37,19 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
         }
     }
 
-    /// Whose it is and how new.
+    /// Which mapper published the posterior, and when.
     #[must_use]
     pub fn header(&self) -> &PosteriorHeader {
         self.sample.user_header()
     }
 
-    /// The functions it was made with.
+    /// The functions that the posterior was made with.
     #[must_use]
     pub fn model(&self) -> &Model<'static, 2> {
         &self.model
     }
 
-    /// Its tiles, in ascending order of index.
+    /// The posterior's tiles, in ascending order of index.
     #[must_use]
     pub fn tiles(&self) -> &[PosteriorTile<M, B>] {
         self.sample.payload()

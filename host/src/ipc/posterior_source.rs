@@ -2,7 +2,7 @@ use bhm_core::{mapper::Mapper, posterior::PosteriorView, settings::Settings, til
 
 /// A posterior that can be published: a mapper's own, or one that came from a mapper elsewhere.
 pub trait PosteriorSource<const M: usize, const B: usize> {
-    /// What it was made with.
+    /// The settings that the posterior was made with.
     fn settings(&self) -> &Settings;
 
     /// Scans integrated since the map began.
@@ -11,20 +11,20 @@ pub trait PosteriorSource<const M: usize, const B: usize> {
     /// Stamp of the newest scan integrated, nanoseconds on its source's clock.
     fn newest_stamp_ns(&self) -> u64;
 
-    /// Its tiles, in ascending order of index.
+    /// The posterior's tiles, in ascending order of index.
     fn tiles(&self) -> impl ExactSizeIterator<Item = SourceTile<'_, M, B>>;
 }
 
 /// A tile that can be published.
 #[derive(Clone, Copy, Debug)]
 pub struct SourceTile<'a, const M: usize, const B: usize> {
-    /// Its place in the grid of tiles.
+    /// The tile's place in the grid of tiles.
     pub index: TileIndex<2>,
-    /// Number of updates it has learned from.
+    /// Number of updates that the tile has learned from.
     pub updates: u64,
-    /// The mapper's scan count when it was last touched.
+    /// The mapper's scan count when the tile was last touched.
     pub touched_at: u64,
-    /// What queries need of it.
+    /// What queries need of the tile.
     pub view: PosteriorView<'a, M, B>,
 }
 

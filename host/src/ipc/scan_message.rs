@@ -19,11 +19,11 @@ pub struct ScanMessage {
     pub flags: u32,
     /// Which run of which source; never 0.
     pub source: u64,
-    /// The run of the mapper that it is meant for; 0 for any.
+    /// The run of the mapper that the scan is meant for; 0 for any.
     pub mapper: u64,
     /// The source's count, from 1.
     pub sequence: u64,
-    /// When it was taken, nanoseconds on the source's clock.
+    /// When the scan was taken, nanoseconds on the source's clock.
     pub stamp_ns: u64,
     /// Where the sensor stands in the map, metres.
     pub x_m: f32,
@@ -41,9 +41,9 @@ pub struct ScanMessage {
     pub range_min_m: f32,
     /// Range at and beyond which nothing returned, metres.
     pub range_max_m: f32,
-    /// How many of the ranges are meant.
+    /// How many of the ranges are beams.
     pub beams: u32,
-    /// The ranges, metres; what follows the last beam means nothing.
+    /// The ranges, metres; those after the last beam mean nothing.
     pub ranges_m: [f32; MAX_BEAMS],
 }
 
@@ -64,7 +64,7 @@ pub enum Place {
 pub struct ScanAddress {
     /// Which run of which source; never 0.
     pub source: u64,
-    /// The run of the mapper that it is meant for; `None` for any.
+    /// The run of the mapper that the scan is meant for; `None` for any.
     pub mapper: Option<u64>,
     /// The source's count, from 1.
     pub sequence: u64,
@@ -75,40 +75,40 @@ pub struct ScanAddress {
 /// A scan that passed the checks, borrowed from the message.
 #[derive(Clone, Copy, Debug)]
 pub struct NumberedScan<'a> {
-    /// Who sent it to whom.
+    /// Who sent the scan to whom.
     pub address: ScanAddress,
-    /// The scan; what it holds has yet to be judged by the mapper.
+    /// The scan, of which the message's layout was checked; whether its values are usable, the mapper says.
     pub scan: Scan<'a>,
 }
 
 /// A scan message that cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScanMessageRejected {
-    /// It does not begin as a scan does.
-    #[error("not a scan: it begins with {found:#018x}")]
+    /// The message does not begin as a scan message does.
+    #[error("not a scan message: begins with {found:#018x}")]
     Magic {
-        /// What it begins with.
+        /// What the message begins with.
         found: u64,
     },
-    /// It has another layout.
-    #[error("scan layout {found}, {} is understood", ScanMessage::VERSION)]
+    /// The message has another layout.
+    #[error("scan message in layout version {found}, only {} is understood", ScanMessage::VERSION)]
     Version {
-        /// Its layout.
+        /// The message's layout version.
         found: u32,
     },
-    /// It has flags that mean nothing.
-    #[error("unknown flags {found:#x}")]
+    /// The message has flags that this layout does not define.
+    #[error("scan message with unknown flags {found:#x}")]
     Flags {
-        /// Its flags.
+        /// The message's flags.
         found: u32,
     },
-    /// It has no source or no number.
-    #[error("a scan without a source or a number")]
+    /// The source or the sequence number is 0.
+    #[error("scan message with source or sequence number 0")]
     Unnumbered,
-    /// It claims more beams than a message holds.
-    #[error("{found} beams, at most {MAX_BEAMS} fit")]
+    /// The message claims more beams than it has room for.
+    #[error("scan message of {found} beams, at most {MAX_BEAMS} fit")]
     Beams {
-        /// What it claims.
+        /// The beams that the message claims.
         found: u32,
     },
 }
@@ -165,7 +165,7 @@ impl ScanMessage {
     /// The scan, if the message can be read.
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// The first fault found in the message.
     pub fn check(&self) -> Result<NumberedScan<'_>, ScanMessageRejected> {
         if self.magic != Self::MAGIC {
             return Err(ScanMessageRejected::Magic { found: self.magic });

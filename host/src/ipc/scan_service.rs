@@ -104,7 +104,7 @@ impl ScanSample {
     /// The scan, if the message can be read; its ranges stay where they are.
     ///
     /// # Errors
-    /// What is wrong with the message.
+    /// The first fault found in the message.
     pub fn check(&self) -> Result<NumberedScan<'_>, ScanMessageRejected> {
         self.sample.payload().check()
     }

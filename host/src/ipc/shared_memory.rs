@@ -25,18 +25,18 @@ const OVERHEAD_BYTES: u64 = 1 << 20;
 /// Shared memory does not suffice.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SharedMemoryError {
-    /// Less is free than is needed.
+    /// Less shared memory is free than is needed.
     #[error(
         "{needed_bytes} bytes of shared memory are needed, {available_bytes} are free in {SHARED_MEMORY}: \
          enlarge it (containers: --shm-size), or choose a profile with fewer tiles or allow fewer consumers"
     )]
     NotEnough {
-        /// What the ports need.
+        /// What the ports need, bytes.
         needed_bytes: u64,
-        /// What is free.
+        /// What is free, bytes.
         available_bytes: u64,
     },
-    /// It could not be asked or reserved.
+    /// The file system behind shared memory could not be asked for its room, or did not reserve it.
     #[error("{SHARED_MEMORY}: {cause}")]
     Inaccessible {
         /// What the operating system said.

@@ -30,11 +30,11 @@ pub struct StatusMessage {
     pub flags: u32,
     /// Which run of the mapper; never 0.
     pub mapper: u64,
-    /// Which run of which source it heard last; 0 for none.
+    /// Which run of which source the mapper heard last; 0 before the first.
     pub source: u64,
-    /// Every scan of that source up to this one is dealt with: integrated, or refused and counted.
+    /// Every scan of that source up to this sequence number is dealt with: integrated, or refused and counted.
     pub handled: u64,
-    /// How many of the counters are meant.
+    /// How many of the counters are in use.
     pub counters_len: u32,
     /// Zero.
     pub reserved: u32,
@@ -57,37 +57,37 @@ pub struct Progress {
 /// A status message that cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StatusRejected {
-    /// It does not begin as a status does.
-    #[error("not a status: it begins with {found:#018x}")]
+    /// The message does not begin as a status message does.
+    #[error("not a status message: begins with {found:#018x}")]
     Magic {
-        /// What it begins with.
+        /// What the message begins with.
         found: u64,
     },
-    /// It has another layout.
-    #[error("status layout {found}, {} is understood", StatusMessage::VERSION)]
+    /// The message has another layout.
+    #[error("status message in layout version {found}, only {} is understood", StatusMessage::VERSION)]
     Version {
-        /// Its layout.
+        /// The message's layout version.
         found: u32,
     },
-    /// It has flags or reserved words that mean nothing.
-    #[error("unknown flags {found:#x}")]
+    /// The message has flags that this layout does not define, or a reserved word is not zero.
+    #[error("status message with unknown flags {found:#x}")]
     Flags {
-        /// Its flags.
+        /// The message's flags.
         found: u32,
     },
-    /// It comes from no mapper.
-    #[error("a status without a mapper")]
+    /// The number of the mapper's run is 0.
+    #[error("status message with mapper number 0")]
     NoMapper,
-    /// It claims more counters than a message holds.
-    #[error("{found} counters, at most {MAX_COUNTERS} fit")]
+    /// The message claims more counters than it has room for.
+    #[error("status message of {found} counters, at most {MAX_COUNTERS} fit")]
     Counters {
-        /// What it claims.
+        /// The counters that the message claims.
         found: u32,
     },
-    /// A counter's name is not text.
-    #[error("the name of counter {index} is not text")]
+    /// A counter's name is not UTF-8 text.
+    #[error("status message: the name of counter {index} is not UTF-8 text")]
     Name {
-        /// Which.
+        /// Position of the counter.
         index: usize,
     },
 }
@@ -120,7 +120,7 @@ impl StatusMessage {
     /// Whether the message can be read.
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// The first fault found in the message.
     pub fn check(&self) -> Result<(), StatusRejected> {
         if self.magic != Self::MAGIC {
             return Err(StatusRejected::Magic { found: self.magic });

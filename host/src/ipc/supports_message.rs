@@ -21,7 +21,7 @@ pub struct SupportsHeader {
     pub magic: u64,
     /// [`SupportsHeader::VERSION`].
     pub version: u32,
-    /// The digest of all of it, by which a posterior's header names it; never 0.
+    /// The digest of the supports and their lattice, by which a posterior's header names it; never 0.
     pub digest: u32,
     /// Supports that follow.
     pub count: u64,
@@ -29,9 +29,9 @@ pub struct SupportsHeader {
     pub origin_m: [f32; 2],
     /// Distance between neighbouring nodes, metres.
     pub spacing_m: f32,
-    /// The first node that has one.
+    /// The first node that has a support of its own.
     pub first: [i32; 2],
-    /// Nodes that have one along each axis.
+    /// Nodes along each axis that have a support of their own.
     pub width: [u32; 2],
     /// Names of the kinds of support, UTF-8, filled up with zeros; those that are not needed are empty.
     pub kinds: [Name; MAX_SUPPORT_KINDS],
@@ -40,14 +40,14 @@ pub struct SupportsHeader {
 // SAFETY: integers, floating-point numbers, and arrays of them.
 unsafe impl PlainNumbers for SupportsHeader {}
 
-/// A support.
+/// A support of one node.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("bhm.support.v1")]
 pub struct SupportMessage {
-    /// Its kind's place among [`SupportsHeader::kinds`].
+    /// The place of the support's kind among [`SupportsHeader::kinds`].
     pub kind: u32,
-    /// It as plain numbers.
+    /// The support as plain numbers.
     pub numbers: SupportNumbers,
 }
 
@@ -57,35 +57,35 @@ unsafe impl PlainNumbers for SupportMessage {}
 /// Learned supports that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SupportsRejected {
-    /// They do not begin as supports do.
-    #[error("not supports: they begin with {found:#018x}")]
+    /// The message does not begin as a message of supports does.
+    #[error("not a message of supports: begins with {found:#018x}")]
     Magic {
-        /// What they begin with.
+        /// What the message begins with.
         found: u64,
     },
-    /// They have another layout.
-    #[error("supports layout {found}, {} is understood", SupportsHeader::VERSION)]
+    /// The message has another layout.
+    #[error("message of supports in layout version {found}, only {} is understood", SupportsHeader::VERSION)]
     Version {
-        /// Their layout.
+        /// The message's layout version.
         found: u32,
     },
     /// The number of supports is not the one that arrived.
-    #[error("{claimed} supports are announced, {arrived} arrived")]
+    #[error("message of {claimed} supports, {arrived} arrived")]
     Count {
         /// What the header says.
         claimed: u64,
         /// What arrived.
         arrived: usize,
     },
-    /// They are not what their digest says.
+    /// The supports do not have the digest that the header states.
     #[error("supports have the digest {found:08x}, not {claimed:08x}")]
     Digest {
         /// What the header says.
         claimed: u32,
-        /// What it is.
+        /// The digest of what arrived.
         found: u32,
     },
-    /// What arrived is not a usable table of supports.
+    /// The values in the message are not usable as supports.
     #[error(transparent)]
     Supports(#[from] SupportsError),
 }
@@ -117,7 +117,7 @@ impl SupportsHeader {
     /// The supports, if header and messages can be used. What they were learned with does not travel.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// The first fault found in the header or the messages.
     pub fn check(&self, supports: &[SupportMessage]) -> Result<LearnedSupports, SupportsRejected> {
         if self.magic != Self::MAGIC {
             return Err(SupportsRejected::Magic { found: self.magic });

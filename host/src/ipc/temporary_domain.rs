@@ -17,7 +17,7 @@ impl TemporaryDomain {
     /// A domain that did not exist.
     ///
     /// # Errors
-    /// None is expected: the name is made to be usable.
+    /// [`IpcError::Domain`], which is not expected: the name is made to be usable.
     pub fn new() -> Result<Self, IpcError> {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let name = format!("t{}-{}", process::id(), NEXT.fetch_add(1, Ordering::Relaxed));

@@ -30,11 +30,11 @@ pub enum InvalidLidar {
     /// No beams, or more than a scan may have.
     #[error("a lidar has 1 to {MAX_BEAMS} beams, not {0}")]
     Beams(usize),
-    /// A field of view that is no angle up to a full circle.
+    /// A field of view that is not positive, or larger than a full circle.
     #[error("a lidar's field of view is positive and at most 2π rad, not {0}")]
     FieldOfView(f32),
     /// Ranges that are not `0 ≤ min < max < ∞`.
-    #[error("a lidar measures from some range to a finite longer one, not from {min_m} m to {max_m} m")]
+    #[error("a lidar's ranges: expected 0 <= shortest < longest < infinity, not {min_m} m and {max_m} m")]
     Ranges {
         /// Shortest range, metres.
         min_m: f32,

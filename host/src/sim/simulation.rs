@@ -18,7 +18,7 @@ const POSE_STREAM: u64 = 1;
 
 /// The scans a lidar takes along a trajectory, in order, of the world as it is at each scan's stamp.
 ///
-/// They are taken from the true pose. That is also what `map_from_sensor` says, unless there is [`PoseNoise`].
+/// Scans are taken from the true pose. That is also what `map_from_sensor` says, unless there is [`PoseNoise`].
 #[derive(Clone, Debug)]
 pub struct Simulation {
     world: World,

@@ -18,23 +18,23 @@ pub enum SnapshotError {
         /// What the decoder said.
         reason: String,
     },
-    /// A value of the header that cannot be.
-    #[error("header: {name} expected {expected}")]
+    /// A value of the header out of its range.
+    #[error("header: {name}: expected {expected}")]
     HeaderValue {
-        /// Which.
+        /// Name of the value.
         name: &'static str,
-        /// What it should be.
+        /// The values that are usable.
         expected: &'static str,
     },
     /// Settings that contradict themselves, or that this program was not compiled for.
     #[error("settings: {0}")]
     Unusable(#[from] UnknownShape),
-    /// A tile's values that cannot be.
+    /// Values of a tile that no posterior has.
     #[error("tile {index:?}: expected {expected}")]
     Tile {
-        /// Which tile.
+        /// Index of the tile.
         index: TileIndex<2>,
-        /// What its values should be.
+        /// The values that are usable.
         expected: &'static str,
     },
 }

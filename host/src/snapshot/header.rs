@@ -41,7 +41,10 @@ pub(super) struct TileKey {
 }
 
 impl Header {
-    /// What no map's header says, found before anything is built from it.
+    /// Checks the values of the header before anything is built from them.
+    ///
+    /// # Errors
+    /// The first value out of its range.
     pub(super) fn check(&self) -> Result<(), SnapshotError> {
         let tile = &self.settings.tile;
         let sides = tile.width.iter().chain(&tile.stride);
@@ -50,8 +53,8 @@ impl Header {
             ("stencil", "at most 4096 supports a side", tile.stencil <= MAX_SIDE),
             ("profile", "a name of at most 64 bytes", is_name(&self.profile)),
             ("path", "finite numbers", self.path_m.as_flattened().iter().all(|metres| metres.is_finite())),
-            ("tiles", "each once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
-            ("tiles", "none touched after the last scan", self.tiles.iter().all(|t| t.touched_at <= self.scans)),
+            ("tiles", "each index once, in ascending order", self.tiles.is_sorted_by(|a, b| a.index < b.index)),
+            ("tiles", "no tile touched after the last scan", self.tiles.iter().all(|t| t.touched_at <= self.scans)),
         ] {
             if !good {
                 return Err(SnapshotError::HeaderValue { name, expected });

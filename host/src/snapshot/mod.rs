@@ -26,7 +26,7 @@ mod encode;
 mod error;
 mod header;
 mod record;
-#[cfg(test)]
+#[cfg(all(test, feature = "sim"))]
 mod tests;
 
 use std::path::Path;

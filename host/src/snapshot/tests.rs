@@ -1,4 +1,4 @@
-//! What a map file promises: the map goes on as if never saved, and no bytes are taken for one that are none.
+//! What a map file promises: the map goes on as if never saved, and bytes that are not such a file are refused.
 
 use std::path::Path;
 

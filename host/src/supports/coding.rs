@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{LearnedSupports, LearnedWith, SupportsError, table::node_of};
 
-/// Which kinds of support the numbers of a file or message stand for; `None` for one that is not known here.
+/// Which kinds of support the numbers of a file or message stand for; `None` for a kind that this program does not have.
 pub(crate) struct Kinds(Vec<Option<&'static str>>);
 
 impl Kinds {
@@ -27,7 +27,10 @@ impl Kinds {
         Self::names().position(|name| name == support.name()).unwrap_or_default() as u32
     }
 
-    /// The supports of these kinds and numbers; the first invalid one is an error with the node it stands for.
+    /// The supports of these kinds and numbers.
+    ///
+    /// # Errors
+    /// The first kind that this program does not have, or numbers that are not those of their kind, with the support's node.
     pub(crate) fn supports(
         &self,
         window: &Window<2>,

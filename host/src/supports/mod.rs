@@ -21,7 +21,9 @@ pub(crate) mod test_supports;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use coding::{Coded, Kinds};
+pub(crate) use coding::Coded;
+#[cfg(feature = "ipc")]
+pub(crate) use coding::Kinds;
 pub use error::{SupportsBytesError, SupportsError, SupportsFileError};
 pub use file::{VERSION, decode, encode, load, save};
 pub use relevance::{LearnedRelevance, MAX_NODES, RelevanceError, RelevanceOptions, learn_relevance, observe};

@@ -46,10 +46,10 @@ pub enum RelevanceError {
     /// The map's settings contradict themselves.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// A hit cannot count as so many observations.
-    #[error("a hit cannot count as {0} observations")]
+    /// The weight of a hit is not a positive number of observations.
+    #[error("weight of a hit: {0} observations, expected a positive number")]
     HitWeight(f32),
-    /// No scan said anything.
+    /// The scans hold no observation that can be placed.
     #[error("the scans hold no usable observation")]
     Nothing,
     /// The scans reach over more of the lattice than is learned at once.
@@ -60,7 +60,7 @@ pub enum RelevanceError {
         /// Nodes.
         nodes: u128,
     },
-    /// What was learned is not a usable table of supports.
+    /// The learned values are not usable as supports.
     #[error(transparent)]
     Supports(#[from] SupportsError),
 }

@@ -89,7 +89,7 @@ impl LearnedSupports {
         self.table.window()
     }
 
-    /// Their supports, in the window's order.
+    /// The nodes' supports, in the window's order.
     #[must_use]
     pub fn supports(&self) -> &[AnySupport<2>] {
         self.table.supports()

@@ -1,4 +1,4 @@
-//! What a file of supports promises: the same supports come out, and no bytes are taken for some that are none.
+//! What a file of supports promises: the same supports come out, and bytes that are not such a file are refused.
 
 use bhm_core::{
     kernel::{Averaging, KernelChoice},

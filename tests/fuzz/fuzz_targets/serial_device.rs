@@ -13,7 +13,11 @@ use bhm_core::{
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
-    serial::{Bytes, LinkBuffers, Port, ScanFrame, SentTile, SerialLink, TO_DEVICE_BYTES, ToDevice, Wanted, encode},
+    serial::{
+        Bytes, LinkBuffers, Port, ScanFrame, SentTile, SerialLink, TO_DEVICE_BYTES, ToDevice, Wanted,
+        embedded_io::{ErrorType, Read, ReadReady, Write},
+        encode,
+    },
 };
 use bhm_host::map::OwnedMapper;
 
@@ -59,19 +63,35 @@ fn scan() -> Scan<'static> {
 
 struct Fed(VecDeque<u8>);
 
-impl Port for Fed {
-    type Fault = ();
+impl ErrorType for Fed {
+    type Error = std::io::Error;
+}
 
-    fn read(&mut self) -> Option<u8> {
-        self.0.pop_front()
+impl ReadReady for Fed {
+    fn read_ready(&mut self) -> Result<bool, Self::Error> {
+        Ok(!self.0.is_empty())
+    }
+}
+
+impl Read for Fed {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize, Self::Error> {
+        std::io::Read::read(&mut self.0, into)
+    }
+}
+
+impl Write for Fed {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+        Ok(bytes.len())
     }
 
+    fn flush(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+impl Port for Fed {
     fn overruns(&self) -> u32 {
         0
-    }
-
-    fn write(&mut self, _: &[u8]) -> Result<(), ()> {
-        Ok(())
     }
 
     fn idle(&mut self) {}

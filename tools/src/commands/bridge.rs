@@ -1,7 +1,10 @@
 use std::time::Duration;
 
 use anyhow::anyhow;
-use bhm_firmware_sim::{BridgeError, BridgeOptions, BridgeSummary, run_bridge};
+use bhm_firmware_sim::{
+    BridgeError, BridgeOptions, BridgeSummary, run_bridge,
+    serial::{HostPort, PortAddress},
+};
 use bhm_host::ipc::DEFAULT_CONSUMERS;
 use clap::Args;
 use tracing::info;
@@ -9,7 +12,7 @@ use tracing::info;
 use crate::{
     options::MapOptions,
     output::{Output, Usage, table},
-    processes::{Address, DomainOptions, Port, json_lines::Onboarded},
+    processes::{DomainOptions, json_lines::Onboarded},
 };
 
 /// Join a microcontroller at the end of a serial line to shared memory, in the place of the onboard process
@@ -19,7 +22,7 @@ pub(crate) struct Bridge {
     domain: DomainOptions,
     /// Where the device is: unix:PATH (a socket), tcp:127.0.0.1:PORT, or the path of a serial device or pseudo-terminal
     #[arg(long, env = "BHM_PORT", value_name = "PORT", required_unless_present = "print_config")]
-    port: Option<Address>,
+    port: Option<PortAddress>,
     /// Speed of a serial device, bits per second [default: as it is set]
     #[arg(long, env = "BHM_BAUD", value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
@@ -48,7 +51,7 @@ impl Bridge {
         let Some(address) = &self.port else { return Ok(()) };
         let (domain, stop) = self.domain.join()?;
         let seconds = |seconds: u32| Duration::from_secs(seconds.into());
-        let port = Port::open(address.clone(), self.baud, seconds(self.wait));
+        let port = HostPort::open(address.clone(), self.baud, seconds(self.wait));
         let mut port = port.map_err(|error| anyhow!("cannot open {address}: {error}"))?;
         let bridge = BridgeOptions {
             consumers: self.consumers as usize,

@@ -57,7 +57,7 @@ impl Build {
             if result.is_ok() {
                 extras.path_m.push([scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m]);
             }
-            learned.add(result);
+            learned.add(&result);
         }
         let seconds = start.elapsed().as_secs_f64();
         learned.warn(&options.profile);

@@ -205,7 +205,7 @@ fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration 
     let start = Instant::now();
     let outcome = learn();
     let duration = start.elapsed();
-    learned.add(outcome);
+    learned.add(&outcome);
     duration
 }
 

@@ -7,10 +7,10 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-
+use bhm_firmware_sim::serial::PortAddress;
 use tracing::warn;
 
-use super::{Address, child::Child, firmware_log};
+use super::{child::Child, firmware_log};
 
 /// Where `firmware-sim/cortex-m7/run build` puts it, seen from the workspace's root.
 pub(crate) const DEFAULT_ELF: &str = "firmware-sim/cortex-m7/target/thumbv7em-none-eabihf/release/bhm-cortex-m7";
@@ -74,8 +74,8 @@ impl Firmware {
 }
 
 /// The port of a device that listens there.
-pub(super) fn address(socket: &Path) -> Address {
-    Address::Unix(socket.to_owned())
+pub(super) fn address(socket: &Path) -> PortAddress {
+    PortAddress::Unix(socket.to_owned())
 }
 
 fn text(path: &Path) -> anyhow::Result<&str> {

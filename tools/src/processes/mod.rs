@@ -11,7 +11,6 @@ mod firmware_log;
 mod group;
 pub(crate) mod json_lines;
 mod mapping_run;
-mod port;
 mod report;
 mod sending;
 
@@ -19,6 +18,5 @@ pub(crate) use self::{
     deadline::Deadline,
     domain_options::DomainOptions,
     mapping_run::{FinishedMap, MappingRun, MappingRunOptions},
-    port::{Address, Port},
     sending::{Part, Sending},
 };

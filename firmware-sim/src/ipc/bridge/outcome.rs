@@ -46,15 +46,15 @@ pub enum BridgeError {
     #[error(transparent)]
     Refused(#[from] DeviceRefused),
     /// What answers speaks another version of the protocol.
-    #[error("the device speaks version {found} of the protocol, this end {PROTOCOL_VERSION}")]
+    #[error("the device speaks version {found} of the protocol, this computer version {PROTOCOL_VERSION}")]
     OtherVersion {
-        /// Its version.
+        /// The device's version of the protocol.
         found: u8,
     },
-    /// No device answered, or none any more.
+    /// No device has answered, or the device does not answer any more.
     #[error(
-        "the device has been silent for {seconds} s ({bytes} bytes came in all, {damaged} frames of them damaged, {gone} \
-         times the line was gone)"
+        "the device has been silent for {seconds} s ({bytes} bytes received in all, {damaged} damaged frames, the line \
+         lost {gone} times)"
     )]
     Silent {
         /// For how long, seconds.

@@ -116,7 +116,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
         *sent = Instant::now();
         let Ok(numbered) = sample.check() else { return };
         let outcome = match self.end.scan(&numbered) {
-            Ok(Some(bytes)) if self.connected => self.port.write(bytes),
+            Ok(Some(bytes)) if self.connected => self.port.write_all(bytes),
             Ok(_) => Ok(()),
             Err(fault) => return self.note(Err(fault)),
         };
@@ -126,7 +126,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
     fn greet(&mut self) {
         self.counters.greetings += 1;
         self.asked = Instant::now();
-        let outcome = self.port.write(self.end.hello(fresh_id()));
+        let outcome = self.port.write_all(self.end.hello(fresh_id()));
         self.line(&outcome);
     }
 
@@ -134,7 +134,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
         self.counters.refreshes += 1;
         self.asked = Instant::now();
         let missing = self.end.missing().to_vec();
-        let outcome = self.port.write(self.end.refresh(&missing));
+        let outcome = self.port.write_all(self.end.refresh(&missing));
         self.line(&outcome);
     }
 
@@ -157,13 +157,24 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
     /// Takes what the device says.
     fn listen(&mut self, patience: Duration) {
         let mut buffer = [0; 16_384];
-        let came = if self.connected { self.port.read(&mut buffer, patience) } else { Ok(0) };
+        let came = if self.connected { self.read(&mut buffer, patience) } else { Ok(0) };
         let length = came.as_ref().map_or(0, |length| *length);
         self.line(&came);
         let mut bytes = &buffer[..length];
         while let Some(event) = self.end.take(&mut bytes) {
             self.heard = Instant::now();
             self.deal_with(event);
+        }
+    }
+
+    /// Takes bytes that came, waiting for them at most as long as said; 0 if none came.
+    fn read(&mut self, into: &mut [u8], patience: Duration) -> io::Result<usize> {
+        if !self.port.wait(patience)? {
+            return Ok(0);
+        }
+        match self.port.read(into)? {
+            0 => Err(io::ErrorKind::UnexpectedEof.into()),
+            length => Ok(length),
         }
     }
 
@@ -345,7 +356,7 @@ impl<'p, const M: usize, const B: usize> Bridge<'p, M, B> {
 
     fn tell_to_finish(&mut self) {
         self.asked = Instant::now();
-        let outcome = self.end.finish().map_or(Ok(()), |bytes| self.port.write(bytes));
+        let outcome = self.end.finish().map_or(Ok(()), |bytes| self.port.write_all(bytes));
         self.line(&outcome);
     }
 

@@ -9,30 +9,30 @@ use crate::serial::{Damage, HelloFrame, StatusFrame, packed};
 /// Which device is at the other end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Device {
-    /// The number of its run.
+    /// The number of the device's run.
     pub run: u64,
-    /// The name of its profile.
+    /// The name of the device's profile.
     pub profile: String,
     /// Passes over each scan.
     pub passes: u32,
-    /// Tiles that it has room for.
+    /// Tiles that the device has room for.
     pub slots: usize,
 }
 
-/// A device whose tiles mean something else here, or nothing.
+/// Why a device's posterior cannot be used on this computer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceRefused {
-    /// It has another profile.
-    #[error("the device has the profile {device:?}, this end has {host:?}")]
+    /// The device has another profile.
+    #[error("the device has the profile {device:?}, this computer has {host:?}")]
     Profile {
         /// The device's.
         device: String,
-        /// This end's.
+        /// This computer's.
         host: &'static str,
     },
     /// The profile has the same name and other settings.
     #[error(
-        "the device was built with other settings of the profile {profile:?}: their digest is {device:08x}, here \
+        "the device was built with other settings of the profile {profile:?}: digest {device:08x}, on this computer \
          {host:08x}"
     )]
     Settings {
@@ -40,25 +40,25 @@ pub enum DeviceRefused {
         profile: String,
         /// The digest of the device's settings.
         device: u32,
-        /// This end's.
+        /// This computer's.
         host: u32,
     },
-    /// Its tiles have another shape.
+    /// The device's tiles have another shape.
     #[error(
-        "the device's tiles have {} supports in a band of {}, here {} in a band of {}", device.0, device.1, host.0, host.1
+        "the device's tiles have {} supports in a band of {}, this computer's {} in a band of {}", device.0, device.1, host.0, host.1
     )]
     Shape {
         /// The device's supports and band.
         device: (u32, u32),
-        /// This end's.
+        /// This computer's.
         host: (u32, u32),
     },
-    /// It claims to hold no tile, or more than a computer would.
-    #[error("the device claims to have room for {slots} tiles, at most {most} are believed")]
+    /// The device claims room for no tile, or for more than a computer would hold.
+    #[error("the device claims room for {slots} tiles, expected 1 to {most}")]
     Slots {
-        /// What it claims.
+        /// Tiles that the device claims room for.
         slots: u32,
-        /// What is believed.
+        /// The most that is accepted.
         most: u32,
     },
 }
@@ -66,7 +66,7 @@ pub enum DeviceRefused {
 /// How far a device has come.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceStatus {
-    /// Its newest directory; 0 before the first.
+    /// The device's newest directory; 0 before the first.
     pub directory: u64,
     /// Which run of which source it heard last, and the scan up to which all of its scans are dealt with.
     pub handled: Option<(u64, u64)>,
@@ -78,7 +78,7 @@ pub struct DeviceStatus {
     pub slowest_update_ns: u64,
     /// The most that its stack ever took, bytes, where that is known.
     pub stack_high_water_bytes: Option<u32>,
-    /// Its loop's counters.
+    /// The counters of the device's loop.
     pub counters: Vec<(String, u64)>,
     /// What it saw of the line.
     pub link: Vec<(String, u64)>,

@@ -2,6 +2,7 @@
 
 mod device_says;
 mod mirror;
+mod port;
 
 use std::boxed::Box;
 use std::vec;
@@ -16,6 +17,7 @@ use super::{
 };
 pub use device_says::{Device, DeviceRefused, DeviceStatus};
 pub use mirror::{Directory, Mirror, MirrorCounters, MirroredTile};
+pub use port::{BridgePort, HostPort, PortAddress};
 
 /// Most tiles that are asked for by name; if more are missing, all are asked for.
 const MOST_NAMED: usize = 512;
@@ -23,23 +25,23 @@ const MOST_NAMED: usize = 512;
 /// What a device's bytes came to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// It answered a greeting. It may be another run of it than before: then nothing is known of its map any more.
+    /// The device answered a greeting. If that is another run of the device than before, nothing is known of its map any more.
     Hello {
-        /// Which device it is.
+        /// Which device answered.
         device: Device,
-        /// Whether it is another run than before.
+        /// Whether this is another run of the device than before.
         new_run: bool,
     },
     /// A device answered whose posterior cannot be used here.
     Refused(DeviceRefused),
     /// Something whole came in another version of the protocol.
     OtherVersion {
-        /// Which.
+        /// The message's version of the protocol.
         found: u8,
     },
     /// The [mirror](HostEnd::mirror) is, right now, what the directory lists.
     Posterior(Directory),
-    /// It is not: some tiles did not come. Ask for them with [`HostEnd::refresh`].
+    /// The mirror is not what the directory lists: some tiles did not come. Ask for them with [`HostEnd::refresh`].
     Incomplete(Directory),
     /// How far the device has come.
     Status(DeviceStatus),
@@ -49,7 +51,7 @@ pub enum Event {
 
 /// The computer's end of a serial line: takes what a device sends, and words what is sent to it.
 ///
-/// It reads and writes no port and knows no time: whoever does, greets the device again if it is silent for long, and asks
+/// This end reads and writes no port and knows no time: who uses it greets the device again if it is silent for long, and asks
 /// again while [something is missing](Self::is_settled).
 #[derive(Debug)]
 pub struct HostEnd<const M: usize, const B: usize> {

@@ -147,12 +147,12 @@ fn a_device_that_cannot_be_used_is_refused_by_name() {
     for (hello, says) in [
         (
             HelloFrame { profile: "indoor", ..hello() },
-            "the device has the profile \"indoor\", this end has \"compact\"",
+            "the device has the profile \"indoor\", this computer has \"compact\"",
         ),
-        (HelloFrame { settings: 1, ..hello() }, "other settings of the profile \"compact\": their digest is 00000001"),
-        (HelloFrame { band: 41, ..hello() }, "144 supports in a band of 41, here 144 in a band of 40"),
+        (HelloFrame { settings: 1, ..hello() }, "other settings of the profile \"compact\": digest 00000001"),
+        (HelloFrame { band: 41, ..hello() }, "144 supports in a band of 41, this computer's 144 in a band of 40"),
         (HelloFrame { slots: 0, ..hello() }, "room for 0 tiles"),
-        (HelloFrame { slots: u32::MAX, ..hello() }, "room for 4294967295 tiles, at most 46603 are believed"),
+        (HelloFrame { slots: u32::MAX, ..hello() }, "room for 4294967295 tiles, expected 1 to 46603"),
     ] {
         match &events(&mut end, &said(&[FromDevice::Hello(hello)]))[..] {
             [Event::Refused(why)] => assert!(why.to_string().contains(says), "{why}"),

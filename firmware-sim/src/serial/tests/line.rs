@@ -2,9 +2,11 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::rc::Rc;
 use std::vec::Vec;
 
+use embedded_io::{ErrorType, Read, ReadReady, Write};
 use rand::Rng;
 
 use crate::serial::Port;
@@ -34,20 +36,39 @@ impl Line {
     }
 }
 
-impl Port for Line {
-    type Fault = &'static str;
+impl ErrorType for Line {
+    type Error = Infallible;
+}
 
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().to_device.pop_front()
+impl ReadReady for Line {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.is_quiet())
+    }
+}
+
+impl Read for Line {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize, Infallible> {
+        let mut line = self.0.borrow_mut();
+        let length = into.len().min(line.to_device.len());
+        into.iter_mut().zip(line.to_device.drain(..length)).for_each(|(to, from)| *to = from);
+        Ok(length)
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.0.borrow_mut().from_device.extend(bytes);
+        Ok(bytes.len())
     }
 
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl Port for Line {
     fn overruns(&self) -> u32 {
         7
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), &'static str> {
-        self.0.borrow_mut().from_device.extend(bytes);
-        Ok(())
     }
 
     fn idle(&mut self) {}

@@ -92,7 +92,7 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
             rows += u64::from(report.rows);
             passes += u64::from(report.passes);
         }
-        learned.add(outcome);
+        learned.add(&outcome);
     }
     // They were NaN to the map, but they are not the log's fault.
     learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(*beams_removed as u64);

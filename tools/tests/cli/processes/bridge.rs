@@ -20,7 +20,10 @@ use bhm_core::{
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
-    serial::{LinkBuffers, Port, SentTile, SerialLink},
+    serial::{
+        LinkBuffers, Port, SentTile, SerialLink,
+        embedded_io::{self, ErrorType, ReadReady},
+    },
 };
 use bhm_host::{
     dataset::{self, ReadOptions},
@@ -60,10 +63,12 @@ impl Socket {
     }
 }
 
-impl Port for Socket {
-    type Fault = std::io::Error;
+impl ErrorType for Socket {
+    type Error = std::io::Error;
+}
 
-    fn read(&mut self) -> Option<u8> {
+impl ReadReady for Socket {
+    fn read_ready(&mut self) -> Result<bool, Self::Error> {
         if self.read == self.came.len() {
             let mut buffer = [0; 4_096];
             let length = match self.stream.read(&mut buffer) {
@@ -82,25 +87,38 @@ impl Port for Socket {
             self.came = buffer[..length].to_vec();
             self.read = 0;
         }
-        self.read += 1;
-        self.came.get(self.read - 1).copied().or_else(|| {
-            self.read = self.came.len();
-            None
-        })
+        Ok(self.read < self.came.len())
     }
+}
 
-    fn overruns(&self) -> u32 {
-        0
+impl embedded_io::Read for Socket {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize, Self::Error> {
+        let length = Read::read(&mut &self.came[self.read..], into)?;
+        self.read += length;
+        Ok(length)
     }
+}
 
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Self::Fault> {
+impl embedded_io::Write for Socket {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+        let length = bytes.len();
         let mut bytes = bytes.to_vec();
         self.damage(&mut bytes);
         let written = self.stream.write_all(&bytes);
         if written.is_err() {
             self.gone.store(true, Ordering::Relaxed);
         }
-        written
+        written.map(|()| length)
+    }
+
+    fn flush(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+impl Port for Socket {
+    fn overruns(&self) -> u32 {
+        0
     }
 
     fn idle(&mut self) {}
@@ -288,7 +306,7 @@ fn a_device_that_is_silent_or_another_is_an_error_and_a_signal_ends_a_bridge() {
     let other = device(bench.path("line"), profile::INDOOR, None);
     let bridge = Process::join(&bench, &domain, "bridge --port unix:line").ends();
     assert_eq!(bridge.code, Some(1), "{}", bridge.stderr);
-    let says = "the device has the profile \"indoor\", this end has \"compact\"";
+    let says = "the device has the profile \"indoor\", this computer has \"compact\"";
     assert!(bridge.stderr.contains(says), "{}", bridge.stderr);
     other.switch_off();
 
