@@ -1,7 +1,6 @@
 //! What learning reports, said on standard error and added up.
 
 use bhm_bench::reading::DAMAGE_SHOWN;
-pub(crate) use bhm_bench::reading::{point_log, recorded_s, scan_log, source};
 use bhm_core::{
     mapper::{IntegrateReport, ScanRejected},
     profile::Profile,

@@ -6,11 +6,12 @@ use std::{
 use bhm_bench::{
     evaluation::{Held, TestPoints, Timing, Training, hold_out},
     metrics::Scores,
+    reading,
 };
 use bhm_core::geometry::Point;
 use bhm_host::{
     ScanRecord,
-    dataset::{self, LabelledPoints, PointLog, ReadOptions, ScanLog},
+    dataset::{LabelledPoints, PointLog, ScanLog},
     map::AnyMap,
 };
 use clap::Args;
@@ -21,7 +22,7 @@ use crate::{
     options::{Effective, MapOptions, held},
     output::{Output, Usage, bytes, table},
     progress,
-    reports::{self, Learned},
+    reports::Learned,
 };
 
 /// Learn one part of a log and score the map's predictions of the rest
@@ -120,9 +121,7 @@ impl Evaluate {
 
     /// Holds a part of a log out.
     fn divide(&self, path: &Path, options: &Effective) -> anyhow::Result<Task> {
-        let ScanLog { mut scans, report } = dataset::read_log(path, &ReadOptions { max_range_m: options.max_range_m })?;
-        reports::scan_log(path, &report);
-        options.prepare(&mut scans);
+        let ScanLog { scans, report } = options.read(path)?;
         let split = hold_out(&scans, self.holdout, self.fraction, self.seed);
         let unit = match self.holdout {
             Held::Beams => "beams with a return",
@@ -140,7 +139,7 @@ impl Evaluate {
             ),
             test: split.test,
             beams_removed: if self.holdout == Held::Beams { split.held as u64 } else { 0 },
-            recorded_s: reports::recorded_s(&scans, &report),
+            recorded_s: reading::recorded_s(&scans, &report),
             max_range_m: Some(report.max_range_m),
         })
     }
@@ -150,16 +149,11 @@ impl Evaluate {
 fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
     let read = |path: &Path| -> anyhow::Result<PointLog> {
         let log = PointLog::read(path)?;
-        reports::point_log(path, &log.report);
+        reading::point_log(path, &log.report);
         Ok(log)
     };
     let (training, test_log) = (read(train)?, read(test)?);
-    let mut points = TestPoints::default();
-    for scan in test_log.scans {
-        points.points_m.extend(scan.points_m);
-        points.scans.resize(points.scans.len() + scan.occupied.len(), scan.scan);
-        points.occupied.extend(scan.occupied);
-    }
+    let points = TestPoints::of(test_log.scans);
     Ok(Task {
         held_out: format!("{} points of {}", points.points_m.len(), test.display()),
         training: Training::Points(training.scans),
@@ -211,13 +205,9 @@ impl Evaluated {
         let real_time = self.times_real_time.map_or(String::new(), |times| format!(", {times:.0} x real time"));
         let mut rows = vec![("held out", self.held_out.clone())];
         rows.extend(self.max_range_m.map(|max_range_m| ("max range", format!("{max_range_m} m"))));
+        rows.push(("learned", self.learned.summary()));
+        rows.extend(scores.rows());
         rows.extend([
-            ("learned", self.learned.summary()),
-            ("AUC", scores.auc.map_or("undefined: one class only".to_owned(), |auc| format!("{auc:.5}"))),
-            ("NLL", format!("{:.5} nats", scores.nll)),
-            ("Brier", format!("{:.5}", scores.brier)),
-            ("ECE", format!("{:.5}", scores.ece)),
-            ("accuracy", format!("{:.5}", scores.accuracy)),
             ("speed", format!("{:.1} scans/s{real_time}", timing.scans_per_s)),
             (
                 "per scan",

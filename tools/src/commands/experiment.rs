@@ -5,20 +5,15 @@ use std::path::{Path, PathBuf};
 use bhm_bench::{
     evaluation::BeamSplit,
     experiments::{self, granularity, kernels, placement, poses, relevance, segments, shapes},
-    reading,
     scattered::{Clusters, MAX_SCATTERED},
     text::Report,
 };
 use bhm_core::{profile::OUTDOOR, settings::Settings};
-use bhm_host::{
-    ScanRecord,
-    dataset::{self, ReadOptions, ScanLog},
-    sim::Scene,
-};
+use bhm_host::sim::Scene;
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
-    options::{Effective, MapOptions, Number},
+    options::{MapOptions, Number},
     output::{Output, Usage},
 };
 
@@ -72,12 +67,8 @@ impl OnLog {
         experiment: impl FnOnce(&BeamSplit, &Settings) -> anyhow::Result<R>,
     ) -> anyhow::Result<()> {
         let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(()) };
-        let Effective { profile, max_range_m, .. } = &options;
-        let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
-        reading::scan_log(log, &report);
-        options.prepare(&mut scans);
-        let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        output.report(&experiment(&experiments::split(&scans, self.seed)?, &profile.settings)?)
+        let scans: Vec<_> = options.read(log)?.scans.into_iter().step_by(self.every as usize).collect();
+        output.report(&experiment(&experiments::split(&scans, self.seed)?, &options.profile.settings)?)
     }
 }
 

@@ -1,14 +1,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use bhm_bench::metrics::Scores;
+use bhm_bench::{metrics::Scores, reading};
 use bhm_host::dataset::{self, PointLog};
 use clap::Args;
 
-use crate::{
-    output::{Output, table},
-    reports,
-};
+use crate::output::{Output, table};
 
 /// Score anyone's answers to the questions of `bhm export points`
 ///
@@ -27,7 +24,7 @@ pub(crate) struct Score {
 impl Score {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let test = PointLog::read(&self.test)?;
-        reports::point_log(&self.test, &test.report);
+        reading::point_log(&self.test, &test.report);
         // A row that was skipped would shift every answer after it.
         anyhow::ensure!(
             test.report.damaged == 0,
@@ -40,14 +37,9 @@ impl Score {
         let scores = Scores::of(&logits, &labels)
             .with_context(|| format!("{} for {}", self.predictions.display(), self.test.display()))?;
         output.result(&scores, || {
-            table(&[
-                ("points", format!("{}, {} of them occupied", scores.points, scores.positives)),
-                ("AUC", scores.auc.map_or("undefined: one class only".to_owned(), |auc| format!("{auc:.5}"))),
-                ("NLL", format!("{:.5} nats", scores.nll)),
-                ("Brier", format!("{:.5}", scores.brier)),
-                ("ECE", format!("{:.5}", scores.ece)),
-                ("accuracy", format!("{:.5}", scores.accuracy)),
-            ])
+            let mut rows = vec![("points", format!("{}, {} of them occupied", scores.points, scores.positives))];
+            rows.extend(scores.rows());
+            table(&rows)
         })
     }
 }

@@ -11,9 +11,11 @@ use std::{
 };
 
 use anyhow::Context;
+use bhm_bench::reading;
 use bhm_core::profile::{self, Profile};
 use bhm_host::{
     ScanRecord,
+    dataset::{self, ReadOptions, ScanLog},
     map::{self, AnyMap},
     supports::{self, LearnedSupports},
 };
@@ -154,8 +156,19 @@ impl Effective {
         self.supports.as_ref().map(|file| file.supports)
     }
 
+    /// Reads a log, says how that went, and prepares its scans.
+    ///
+    /// # Errors
+    /// If the log cannot be read.
+    pub(crate) fn read(&self, log: &Path) -> anyhow::Result<ScanLog> {
+        let mut read = dataset::read_log(log, &ReadOptions { max_range_m: self.max_range_m })?;
+        reading::scan_log(log, &read.report);
+        self.prepare(&mut read.scans);
+        Ok(read)
+    }
+
     /// Scans as they are to be learned: with what is known about their poses, where they do not say.
-    pub(crate) fn prepare(&self, scans: &mut [ScanRecord]) {
+    fn prepare(&self, scans: &mut [ScanRecord]) {
         scans.iter_mut().for_each(|scan| self.poses.apply(scan));
     }
 }

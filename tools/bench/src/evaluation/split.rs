@@ -184,6 +184,18 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (usize, f32)> {
 }
 
 impl TestPoints {
+    /// Of points that were held out elsewhere.
+    #[must_use]
+    pub fn of(scans: Vec<LabelledPoints>) -> Self {
+        let mut all = Self::default();
+        for points in scans {
+            all.scans.resize(all.scans.len() + points.points_m.len(), points.scan);
+            all.points_m.extend(points.points_m);
+            all.occupied.extend(points.occupied);
+        }
+        all
+    }
+
     /// How well a map answers them.
     ///
     /// # Errors

@@ -4,7 +4,6 @@ use bhm_bench::scattered::{Cluster, ClusterOptions, Clusters, learn_clusters};
 use bhm_core::{kernel::KernelChoice, relevance::RelevanceSettings, settings::Settings};
 use bhm_host::{
     ScanRecord,
-    dataset::{self, ReadOptions},
     supports::{self, RelevanceOptions, learn_relevance},
 };
 use clap::Args;
@@ -13,7 +12,6 @@ use serde::Serialize;
 use crate::{
     options::MapOptions,
     output::{Output, Usage, bytes, table},
-    reports,
 };
 
 /// Learn which places call for wide supports and which for narrow ones (relevance detection)
@@ -81,8 +79,7 @@ impl Supports {
             }
         }
         let settings: &Settings = &options.profile.settings;
-        let scans = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
-        reports::scan_log(log, &scans.report);
+        let scans = options.read(log)?;
         if let Some(clusters) = self.cluster {
             return self.cluster(clusters, &scans.scans, settings, file, output);
         }
