@@ -49,15 +49,13 @@ impl Build {
         let mut extras = Extras { profile: options.profile.name.to_owned(), path_m: Vec::new() };
         let start = Instant::now();
         for scan in progress::over(log.scans.iter(), "learning") {
-            let result = map.integrate(&scan.as_scan());
-            if result.is_ok() {
+            if learned.learn(|| map.integrate(&scan.as_scan())) {
                 extras.path_m.push([scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]);
             }
-            learned.add(result);
         }
         let seconds = start.elapsed().as_secs_f64();
         learned.warn(&options.profile);
-        anyhow::ensure!(learned.0.integrated > 0, "{}: not one scan could be learned from", log_path.display());
+        anyhow::ensure!(learned.counters.integrated > 0, "{}: not one scan could be learned from", log_path.display());
         snapshot::save(path, &*map, &extras)?;
 
         let (resident, archived) = map.tile_counts();
@@ -77,7 +75,7 @@ impl Build {
                 ("learned", built.learned.summary()),
                 ("max range", format!("{} m, {}", built.max_range_m, reading::source(log.report.max_range_source))),
                 ("tiles", built.tiles.to_string()),
-                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.0.integrated as f64 / seconds)),
+                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.counters.integrated as f64 / seconds)),
             ])
         })
     }

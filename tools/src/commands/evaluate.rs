@@ -1,6 +1,6 @@
 use std::{
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use bhm_bench::{
@@ -10,7 +10,6 @@ use bhm_bench::{
 };
 use bhm_core::geometry::Point;
 use bhm_host::{
-    ScanRecord,
     dataset::{LabelledPoints, PointLog, ScanLog},
     map::AnyMap,
 };
@@ -56,7 +55,7 @@ struct Task {
     test: TestPoints,
     held_out: String,
     /// Beams of the training scans that were replaced by NaN.
-    beams_removed: u64,
+    beams_removed: usize,
     /// From the first scan to the last, where the stamps are the recorder's own.
     recorded_s: Option<f64>,
     max_range_m: Option<f32>,
@@ -93,14 +92,13 @@ impl Evaluate {
         anyhow::ensure!(!task.test.points_m.is_empty(), "{}: nothing to predict; hold out more", task.held_out);
 
         let mut learned = Learned::default();
-        let durations = match &task.training {
-            Training::Scans(scans) => learn_scans(&mut *map, scans, &mut learned),
+        match &task.training {
+            Training::Scans(scans) => learned.learn_all(&mut *map, scans, "learning"),
             Training::Points(scans) => learn_points(&mut *map, scans, options.profile.capacities.points, &mut learned),
-        };
-        // They were NaN to the map, but they are not the log's fault.
-        learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(task.beams_removed);
+        }
+        learned.leave_out(task.beams_removed);
         learned.warn(&options.profile);
-        let learning_s = durations.iter().sum::<Duration>().as_secs_f64();
+        let learning_s = learned.durations.iter().sum::<Duration>().as_secs_f64();
 
         let (resident, archived) = map.tile_counts();
         let (memory_bytes, tile_bytes) = map.bytes();
@@ -108,7 +106,7 @@ impl Evaluate {
             held_out: task.held_out,
             max_range_m: task.max_range_m,
             scores: task.test.score(|point_m| map.occupancy(point_m))?,
-            timing: Timing::of(durations),
+            timing: Timing::of(learned.durations.clone()),
             times_real_time: task.recorded_s.map(|recorded_s| recorded_s / learning_s),
             tiles: resident + archived,
             tile_bytes,
@@ -138,7 +136,7 @@ impl Evaluate {
                 split.test.points_m.len()
             ),
             test: split.test,
-            beams_removed: if self.holdout == Held::Beams { split.held as u64 } else { 0 },
+            beams_removed: if self.holdout == Held::Beams { split.held } else { 0 },
             recorded_s: reading::recorded_s(&scans, &report),
             max_range_m: Some(report.max_range_m),
         })
@@ -164,39 +162,17 @@ fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
     })
 }
 
-fn learn_scans(map: &mut dyn AnyMap, scans: &[ScanRecord], learned: &mut Learned) -> Vec<Duration> {
-    let learn = |scan: &ScanRecord| timed(learned, || map.integrate(&scan.as_scan()));
-    progress::over(scans.iter(), "learning").map(learn).collect()
-}
-
 /// Learns labelled points scan by scan; a scan of more than the map takes at once, in pieces.
-fn learn_points(
-    map: &mut dyn AnyMap,
-    scans: &[LabelledPoints],
-    capacity: usize,
-    learned: &mut Learned,
-) -> Vec<Duration> {
-    let mut durations = Vec::with_capacity(scans.len());
+fn learn_points(map: &mut dyn AnyMap, scans: &[LabelledPoints], capacity: usize, learned: &mut Learned) {
     for scan in progress::over(scans.iter(), "learning") {
         let points_m: Vec<Point<2>> = scan.points_m.iter().map(|point_m| Point::from(*point_m)).collect();
         if points_m.len() > capacity {
             info!("scan {}: {} points learned {capacity} at a time", scan.scan, points_m.len());
         }
         for (points_m, occupied) in points_m.chunks(capacity).zip(scan.occupied.chunks(capacity)) {
-            durations.push(timed(learned, || map.integrate_points(points_m, occupied)));
+            learned.learn(|| map.integrate_points(points_m, occupied));
         }
     }
-    durations
-}
-
-type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::mapper::ScanRejected>;
-
-fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration {
-    let start = Instant::now();
-    let outcome = learn();
-    let duration = start.elapsed();
-    learned.add(outcome);
-    duration
 }
 
 impl Evaluated {
