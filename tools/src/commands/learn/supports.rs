@@ -52,7 +52,7 @@ pub(crate) struct Supports {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct ShapesLearned {
     output: PathBuf,
     bytes: usize,
     hits: u64,
@@ -98,13 +98,13 @@ impl Supports {
             );
         }
         supports::save(file, &learned.supports)?;
-        let report = Report::of(file, &learned, settings.spacing_m);
+        let report = ShapesLearned::of(file, &learned, settings.spacing_m);
         output.result(&report, || report.text())
     }
 }
 
 #[derive(Serialize)]
-struct ClusterReport {
+struct ClustersLearned {
     output: PathBuf,
     bytes: usize,
     supports: usize,
@@ -132,7 +132,7 @@ impl Supports {
         let weight: f64 = found.clusters.iter().map(|cluster| cluster.weight).sum();
         let spread =
             |cluster: &Cluster| cluster.weight * 0.5 * f64::from(cluster.covariance_m2[0] + cluster.covariance_m2[2]);
-        let report = ClusterReport {
+        let report = ClustersLearned {
             output: file.to_owned(),
             bytes: found.save(file)?,
             supports: found.clusters.len(),
@@ -149,7 +149,7 @@ impl Supports {
     }
 }
 
-impl Report {
+impl ShapesLearned {
     fn of(file: &Path, learned: &supports::LearnedRelevance, spacing_m: f32) -> Self {
         let shapes = learned.supports.supports();
         let mut deviations = [0.0_f32; 2];
