@@ -78,14 +78,14 @@ impl OnLog {
 /// of twice the length scale, at every shape of --two-scales-shapes. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Kernels {
-    #[command(flatten)]
-    on: OnLog,
     /// Shapes of the squared exponential, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.2,0.3,0.45,0.6,0.8,1.0,1.5", value_name = "LIST")]
     shapes: Vec<f32>,
     /// Shapes of the narrower of two scales, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.1,0.2,0.3,0.45,0.6", value_name = "LIST")]
     two_scales_shapes: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Kernels {
@@ -102,14 +102,14 @@ impl Kernels {
 /// Gaussians learned from the training beams. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Relevance {
-    #[command(flatten)]
-    on: OnLog,
     /// Kernel shapes, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.45,0.7,1.0", value_name = "LIST")]
     shapes: Vec<f32>,
     /// Standard deviations of isotropic supports, in spacings
     #[arg(long, value_delimiter = ',', default_value = "0.3,0.5,0.7", value_name = "LIST")]
     sizes: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Relevance {
@@ -124,11 +124,11 @@ impl Relevance {
 /// gives as many rows, and the one that takes as many instructions. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Segments {
-    #[command(flatten)]
-    on: OnLog,
     /// Longest segments, in spacings; each line of the lattice cuts once more
     #[arg(long, value_delimiter = ',', default_value = "0.5,1,2,4", value_name = "LIST")]
     lengths: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Segments {
@@ -146,8 +146,6 @@ impl Segments {
 #[command(mut_arg("every", |every| every.default_value("10")))]
 #[command(mut_arg("seed", |seed| seed.help("Seed of what is held out and of where clusters begin")))]
 struct Placement {
-    #[command(flatten)]
-    on: OnLog,
     /// Numbers of supports, each at most 512
     #[arg(long, value_delimiter = ',', default_value = "256,512", value_name = "LIST")]
     counts: Vec<usize>,
@@ -160,6 +158,8 @@ struct Placement {
     /// A list of scattered supports to place, as `bhm learn supports --cluster` writes it, instead of looking for clusters
     #[arg(long, value_name = "FILE", conflicts_with_all = ["counts", "hit_weights"])]
     list: Option<PathBuf>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Placement {
@@ -225,11 +225,11 @@ impl Poses {
 /// the squared exponential.
 #[derive(Args, Debug)]
 struct Shapes {
-    #[command(flatten)]
-    on: OnLog,
     /// Folder for the pictures; made if need be
     #[arg(short, long, value_name = "DIR", required_unless_present = "print_config")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Shapes {
