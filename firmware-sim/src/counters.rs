@@ -45,7 +45,7 @@ counters! {
     rejected_too_many_beams,
     /// Scans refused: the pose is not finite.
     rejected_pose_not_finite,
-    /// Scans refused: the covariance of their pose is none.
+    /// Scans refused: the covariance of their pose is invalid.
     rejected_pose_covariance,
     /// Scans refused: the pose is further away than single precision resolves.
     rejected_pose_too_far,

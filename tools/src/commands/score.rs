@@ -65,7 +65,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<f64>> {
     while reader.read_record(&mut record).with_context(file)? {
         let place = || format!("{}, line {}", file(), record.position().map_or(0, csv::Position::line));
         let cell = record.get(column).unwrap_or_default();
-        let value: f64 = cell.parse().with_context(|| format!("{}: {cell:?} is no number", place()))?;
+        let value: f64 = cell.parse().with_context(|| format!("{}: {cell:?} is not a number", place()))?;
         logits.push(match kind {
             Kind::Logit => value,
             // Certainty that is only a rounding of what is nearly sure is not punished without limit.
@@ -73,7 +73,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<f64>> {
                 let probability = value.clamp(f64::MIN_POSITIVE, 1.0 - 0.5 * f64::EPSILON);
                 (probability / (1.0 - probability)).ln()
             }
-            Kind::Probability => bail!("{}: {value} is no probability", place()),
+            Kind::Probability => bail!("{}: {value} is not a probability", place()),
         });
     }
     Ok(logits)
