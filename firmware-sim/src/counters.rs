@@ -45,7 +45,7 @@ counters! {
     rejected_too_many_beams,
     /// Scans refused: the pose is not finite.
     rejected_pose_not_finite,
-    /// Scans refused: the covariance of their pose is not positive semi-definite, or not finite.
+    /// Scans refused: the covariance of their pose is invalid.
     rejected_pose_covariance,
     /// Scans refused: the pose is further away than single precision resolves.
     rejected_pose_too_far,
@@ -139,7 +139,8 @@ impl Counters {
         }
     }
 
-    fn count_integrated(&mut self, report: &IntegrateReport) {
+    /// Adds a scan that was learned.
+    pub fn count_integrated(&mut self, report: &IntegrateReport) {
         self.integrated += 1;
         let IntegrateReport { beams, observations, .. } = report;
         for (counter, more) in [

@@ -1,34 +1,62 @@
 //! What learning reports, said on standard error and added up.
 
-use bhm_bench::reading::DAMAGE_SHOWN;
-pub(crate) use bhm_bench::reading::{point_log, recorded_s, scan_log, source};
+use std::{
+    borrow::Cow,
+    time::{Duration, Instant},
+};
+
+use bhm_bench::{progress, reading::DAMAGE_SHOWN};
 use bhm_core::{mapper::IntegrateReport, profile::Profile, scan::ScanRejected};
 use bhm_firmware_sim::Counters;
+use bhm_host::{ScanRecord, map::AnyMap};
 use serde::{Serialize, Serializer};
 use tracing::warn;
 
-/// What became of all scans, by name.
+/// What became of all scans, by name, and how long they took.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Learned(pub(crate) Counters);
+pub(crate) struct Learned {
+    pub(crate) counters: Counters,
+    /// Of each scan, whether it was learned or not.
+    pub(crate) durations: Vec<Duration>,
+    /// Of all updates, nats.
+    pub(crate) objective: f64,
+}
 
 impl Learned {
-    /// Adds what became of a scan; a rejection is also said, at first.
-    pub(crate) fn add(&mut self, result: Result<IntegrateReport, ScanRejected>) {
-        let Self(counters) = self;
-        match result {
-            Ok(report) => counters.count_integrated(&report),
+    /// Has a scan learned, and says whether it was; the first rejections are also said on standard error.
+    pub(crate) fn learn(&mut self, learn: impl FnOnce() -> Result<IntegrateReport, ScanRejected>) -> bool {
+        let start = Instant::now();
+        let result = learn();
+        self.durations.push(start.elapsed());
+        let counters = &mut self.counters;
+        counters.count(&result);
+        match &result {
+            Ok(report) => self.objective += f64::from(report.objective),
             Err(rejected) => {
-                counters.count_rejected(&rejected);
                 if counters.rejected() <= DAMAGE_SHOWN as u64 {
                     warn!("scan {} rejected: {rejected}", counters.integrated + counters.rejected());
                 }
             }
         }
+        result.is_ok()
+    }
+
+    /// Has every scan learned.
+    pub(crate) fn learn_all(&mut self, map: &mut dyn AnyMap, scans: &[ScanRecord], what: impl Into<Cow<'static, str>>) {
+        for scan in progress::over(scans.iter(), what) {
+            self.learn(|| map.integrate(&scan.as_scan()));
+        }
+    }
+
+    /// Leaves out beams that were held out: they were NaN to the map, but that is not the log's fault.
+    pub(crate) fn leave_out(&mut self, held_out: usize) {
+        let count = &mut self.counters.beams_not_a_number;
+        *count = count.saturating_sub(held_out as u64);
     }
 
     /// Says what did not become part of the map, and which option helps.
     pub(crate) fn warn(&self, profile: &Profile) {
-        let (Self(counters), capacities) = (self, &profile.capacities);
+        let (Self { counters, .. }, capacities) = (self, &profile.capacities);
         for (count, what) in [
             (counters.rejected(), "scans rejected".to_owned()),
             (counters.beams_not_a_number, "beams dropped: not a number".to_owned()),
@@ -69,7 +97,7 @@ impl Learned {
 
     /// In a line, for people.
     pub(crate) fn summary(&self) -> String {
-        let Self(counters) = self;
+        let Self { counters, .. } = self;
         let Counters { integrated, observations_used, beams_hit, beams_beyond_range, beams_no_return, .. } = counters;
         let rejected = counters.rejected();
         let dropped = counters.beams_not_a_number
@@ -89,7 +117,7 @@ impl Learned {
 /// Counts of the loop, which only a process that receives scans has, are left out.
 impl Serialize for Learned {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self(counters) = self;
+        let Self { counters, .. } = self;
         let of_scans = [("scans", counters.integrated), ("scans_rejected", counters.rejected())];
         let of_maps = ["beams_", "points_", "rows", "tiles_", "passes", "safeguards", "conditioned"];
         let counts = counters.iter().filter(|(name, _)| of_maps.iter().any(|prefix| name.starts_with(prefix)));

@@ -1,9 +1,7 @@
 use std::{fs, path::PathBuf, time::Instant};
 
-use bhm_host::{
-    dataset::{self, ReadOptions},
-    snapshot::{self, Extras},
-};
+use bhm_bench::reading;
+use bhm_host::snapshot::{self, Extras};
 use clap::Args;
 use serde::Serialize;
 
@@ -11,7 +9,7 @@ use crate::{
     options::MapOptions,
     output::{Output, Usage, bytes, table},
     progress,
-    reports::{self, Learned},
+    reports::Learned,
 };
 
 /// Make a map file from a scan log; the same log and options give the same file, byte for byte
@@ -45,23 +43,19 @@ impl Build {
             return Err(Usage("a log and a map file are needed".to_owned()).into());
         };
         let mut map = options.open()?;
-        let mut log = dataset::read_log(log_path, &ReadOptions { max_range_m: options.max_range_m })?;
-        reports::scan_log(log_path, &log.report);
-        options.prepare(&mut log.scans);
+        let log = options.read(log_path)?;
 
         let mut learned = Learned::default();
         let mut extras = Extras { profile: options.profile.name.to_owned(), path_m: Vec::new() };
         let start = Instant::now();
         for scan in progress::over(log.scans.iter(), "learning") {
-            let result = map.integrate(&scan.as_scan());
-            if result.is_ok() {
+            if learned.learn(|| map.integrate(&scan.as_scan())) {
                 extras.path_m.push([scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m]);
             }
-            learned.add(&result);
         }
         let seconds = start.elapsed().as_secs_f64();
         learned.warn(&options.profile);
-        anyhow::ensure!(learned.0.integrated > 0, "{}: not one scan could be learned from", log_path.display());
+        anyhow::ensure!(learned.counters.integrated > 0, "{}: not one scan could be learned from", log_path.display());
         snapshot::save(path, &*map, &extras)?;
 
         let (resident, archived) = map.tile_counts();
@@ -79,9 +73,9 @@ impl Build {
                 ("map", format!("{}, {}", path.display(), bytes(built.bytes as usize))),
                 ("posterior", built.posterior.clone()),
                 ("learned", built.learned.summary()),
-                ("max range", format!("{} m, {}", built.max_range_m, reports::source(log.report.max_range_source))),
+                ("max range", format!("{} m, {}", built.max_range_m, reading::source(log.report.max_range_source))),
                 ("tiles", built.tiles.to_string()),
-                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.0.integrated as f64 / seconds)),
+                ("time", format!("{seconds:.2} s, {:.0} scans/s", built.learned.counters.integrated as f64 / seconds)),
             ])
         })
     }

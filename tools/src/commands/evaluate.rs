@@ -1,16 +1,16 @@
 use std::{
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use bhm_bench::{
     evaluation::{Held, TestPoints, Timing, Training, hold_out},
     metrics::Scores,
+    reading,
 };
 use bhm_core::{beam::Observation, geometry::Point};
 use bhm_host::{
-    ScanRecord,
-    dataset::{self, LabelledPoints, PointLog, ReadOptions, ScanLog},
+    dataset::{LabelledPoints, PointLog, ScanLog},
     map::AnyMap,
 };
 use clap::Args;
@@ -21,7 +21,7 @@ use crate::{
     options::{Effective, MapOptions, held},
     output::{Output, Usage, bytes, table},
     progress,
-    reports::{self, Learned},
+    reports::Learned,
 };
 
 /// Learn one part of a log and score the map's predictions of the rest
@@ -55,7 +55,7 @@ struct Task {
     test: TestPoints,
     held_out: String,
     /// Beams of the training scans that were replaced by NaN.
-    beams_removed: u64,
+    beams_removed: usize,
     /// From the first scan to the last, where the stamps are the recorder's own.
     recorded_s: Option<f64>,
     max_range_m: Option<f32>,
@@ -92,16 +92,15 @@ impl Evaluate {
         anyhow::ensure!(!task.test.points_m.is_empty(), "{}: nothing to predict; hold out more", task.held_out);
 
         let mut learned = Learned::default();
-        let durations = match &task.training {
-            Training::Scans(scans) => learn_scans(&mut *map, scans, &mut learned),
+        match &task.training {
+            Training::Scans(scans) => learned.learn_all(&mut *map, scans, "learning"),
             Training::Points(scans) => {
                 learn_points(&mut *map, scans, options.profile.capacities.observations, &mut learned)
             }
-        };
-        // They were NaN to the map, but they are not the log's fault.
-        learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(task.beams_removed);
+        }
+        learned.leave_out(task.beams_removed);
         learned.warn(&options.profile);
-        let learning_s = durations.iter().sum::<Duration>().as_secs_f64();
+        let learning_s = learned.durations.iter().sum::<Duration>().as_secs_f64();
 
         let (resident, archived) = map.tile_counts();
         let (memory_bytes, tile_bytes) = map.bytes();
@@ -109,7 +108,7 @@ impl Evaluate {
             held_out: task.held_out,
             max_range_m: task.max_range_m,
             scores: task.test.score(|point_m| map.occupancy(point_m))?,
-            timing: Timing::of(durations),
+            timing: Timing::of(learned.durations.clone()),
             times_real_time: task.recorded_s.map(|recorded_s| recorded_s / learning_s),
             tiles: resident + archived,
             tile_bytes,
@@ -122,9 +121,7 @@ impl Evaluate {
 
     /// Holds a part of a log out.
     fn divide(&self, path: &Path, options: &Effective) -> anyhow::Result<Task> {
-        let ScanLog { mut scans, report } = dataset::read_log(path, &ReadOptions { max_range_m: options.max_range_m })?;
-        reports::scan_log(path, &report);
-        options.prepare(&mut scans);
+        let ScanLog { scans, report } = options.read(path)?;
         let split = hold_out(&scans, self.holdout, self.fraction, self.seed);
         let unit = match self.holdout {
             Held::Beams => "beams with a return",
@@ -141,8 +138,8 @@ impl Evaluate {
                 split.test.points_m.len()
             ),
             test: split.test,
-            beams_removed: if self.holdout == Held::Beams { split.held as u64 } else { 0 },
-            recorded_s: reports::recorded_s(&scans, &report),
+            beams_removed: if self.holdout == Held::Beams { split.held } else { 0 },
+            recorded_s: reading::recorded_s(&scans, &report),
             max_range_m: Some(report.max_range_m),
         })
     }
@@ -152,16 +149,11 @@ impl Evaluate {
 fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
     let read = |path: &Path| -> anyhow::Result<PointLog> {
         let log = PointLog::read(path)?;
-        reports::point_log(path, &log.report);
+        reading::point_log(path, &log.report);
         Ok(log)
     };
     let (training, test_log) = (read(train)?, read(test)?);
-    let mut points = TestPoints::default();
-    for scan in test_log.scans {
-        points.points_m.extend(scan.points_m);
-        points.scans.resize(points.scans.len() + scan.occupied.len(), scan.scan);
-        points.occupied.extend(scan.occupied);
-    }
+    let points = TestPoints::of(test_log.scans);
     Ok(Task {
         held_out: format!("{} points of {}", points.points_m.len(), test.display()),
         training: Training::Points(training.scans),
@@ -172,19 +164,8 @@ fn prepared(train: &Path, test: &Path) -> anyhow::Result<Task> {
     })
 }
 
-fn learn_scans(map: &mut dyn AnyMap, scans: &[ScanRecord], learned: &mut Learned) -> Vec<Duration> {
-    let learn = |scan: &ScanRecord| timed(learned, || map.integrate(&scan.as_scan()));
-    progress::over(scans.iter(), "learning").map(learn).collect()
-}
-
 /// Learns labelled points scan by scan; a scan of more than the map takes at once, in pieces.
-fn learn_points(
-    map: &mut dyn AnyMap,
-    scans: &[LabelledPoints],
-    capacity: usize,
-    learned: &mut Learned,
-) -> Vec<Duration> {
-    let mut durations = Vec::with_capacity(scans.len());
+fn learn_points(map: &mut dyn AnyMap, scans: &[LabelledPoints], capacity: usize, learned: &mut Learned) {
     for scan in progress::over(scans.iter(), "learning") {
         let labelled = scan.points_m.iter().zip(&scan.occupied);
         let observations: Vec<_> =
@@ -193,20 +174,9 @@ fn learn_points(
             info!("scan {}: {} points learned {capacity} at a time", scan.scan, observations.len());
         }
         for observations in observations.chunks(capacity) {
-            durations.push(timed(learned, || map.integrate_observations(observations)));
+            learned.learn(|| map.integrate_observations(observations));
         }
     }
-    durations
-}
-
-type Integrated = Result<bhm_core::mapper::IntegrateReport, bhm_core::scan::ScanRejected>;
-
-fn timed(learned: &mut Learned, learn: impl FnOnce() -> Integrated) -> Duration {
-    let start = Instant::now();
-    let outcome = learn();
-    let duration = start.elapsed();
-    learned.add(&outcome);
-    duration
 }
 
 impl Evaluated {
@@ -215,13 +185,9 @@ impl Evaluated {
         let real_time = self.times_real_time.map_or(String::new(), |times| format!(", {times:.0} x real time"));
         let mut rows = vec![("held out", self.held_out.clone())];
         rows.extend(self.max_range_m.map(|max_range_m| ("max range", format!("{max_range_m} m"))));
+        rows.push(("learned", self.learned.summary()));
+        rows.extend(scores.rows());
         rows.extend([
-            ("learned", self.learned.summary()),
-            ("AUC", scores.auc.map_or("undefined: one class only".to_owned(), |auc| format!("{auc:.5}"))),
-            ("NLL", format!("{:.5} nats", scores.nll)),
-            ("Brier", format!("{:.5}", scores.brier)),
-            ("ECE", format!("{:.5}", scores.ece)),
-            ("accuracy", format!("{:.5}", scores.accuracy)),
             ("speed", format!("{:.1} scans/s{real_time}", timing.scans_per_s)),
             (
                 "per scan",

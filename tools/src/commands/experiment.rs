@@ -5,20 +5,15 @@ use std::path::{Path, PathBuf};
 use bhm_bench::{
     evaluation::BeamSplit,
     experiments::{self, granularity, kernels, placement, poses, relevance, segments, shapes},
-    reading,
     scattered::{Clusters, MAX_SCATTERED},
     text::Report,
 };
 use bhm_core::settings::Settings;
-use bhm_host::{
-    ScanRecord,
-    dataset::{self, ReadOptions, ScanLog},
-    sim::Scene,
-};
+use bhm_host::sim::Scene;
 use clap::{Args, builder::PossibleValuesParser};
 
 use crate::{
-    options::{Effective, MapOptions},
+    options::MapOptions,
     output::{Output, Usage},
 };
 
@@ -72,12 +67,8 @@ impl OnLog {
         experiment: impl FnOnce(&BeamSplit, &Settings) -> anyhow::Result<R>,
     ) -> anyhow::Result<()> {
         let (Some(options), Some(log)) = (self.map.effective_with(defaults)?, &self.log) else { return Ok(()) };
-        let Effective { profile, max_range_m, .. } = &options;
-        let ScanLog { mut scans, report } = dataset::read_log(log, &ReadOptions { max_range_m: *max_range_m })?;
-        reading::scan_log(log, &report);
-        options.prepare(&mut scans);
-        let scans: Vec<ScanRecord> = scans.into_iter().step_by(self.every as usize).collect();
-        output.report(&experiment(&experiments::split(&scans, self.seed)?, &profile.settings)?)
+        let scans: Vec<_> = options.read(log)?.scans.into_iter().step_by(self.every as usize).collect();
+        output.report(&experiment(&experiments::split(&scans, self.seed)?, &options.profile.settings)?)
     }
 }
 
@@ -87,14 +78,14 @@ impl OnLog {
 /// of twice the length scale, at every shape of --two-scales-shapes. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Kernels {
-    #[command(flatten)]
-    on: OnLog,
     /// Shapes of the squared exponential, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.2,0.3,0.45,0.6,0.8,1.0,1.5", value_name = "LIST")]
     shapes: Vec<f32>,
     /// Shapes of the narrower of two scales, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.1,0.2,0.3,0.45,0.6", value_name = "LIST")]
     two_scales_shapes: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Kernels {
@@ -111,14 +102,14 @@ impl Kernels {
 /// Gaussians learned from the training beams. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Relevance {
-    #[command(flatten)]
-    on: OnLog,
     /// Kernel shapes, in units of spacing²
     #[arg(long, value_delimiter = ',', default_value = "0.45,0.7,1.0", value_name = "LIST")]
     shapes: Vec<f32>,
     /// Standard deviations of isotropic supports, in spacings
     #[arg(long, value_delimiter = ',', default_value = "0.3,0.5,0.7", value_name = "LIST")]
     sizes: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Relevance {
@@ -133,11 +124,11 @@ impl Relevance {
 /// gives as many rows, and the one that takes as many instructions. Held-out beams judge.
 #[derive(Args, Debug)]
 struct Segments {
-    #[command(flatten)]
-    on: OnLog,
     /// Longest segments, in spacings; each line of the lattice cuts once more
     #[arg(long, value_delimiter = ',', default_value = "0.5,1,2,4", value_name = "LIST")]
     lengths: Vec<f32>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Segments {
@@ -155,8 +146,6 @@ impl Segments {
 #[command(mut_arg("every", |every| every.default_value("10")))]
 #[command(mut_arg("seed", |seed| seed.help("Seed of what is held out and of where clusters begin")))]
 struct Placement {
-    #[command(flatten)]
-    on: OnLog,
     /// Numbers of supports, each at most 512
     #[arg(long, value_delimiter = ',', default_value = "256,512", value_name = "LIST")]
     counts: Vec<usize>,
@@ -169,6 +158,8 @@ struct Placement {
     /// A list of scattered supports to place, as `bhm learn supports --cluster` writes it, instead of looking for clusters
     #[arg(long, value_name = "FILE", conflicts_with_all = ["counts", "hit_weights"])]
     list: Option<PathBuf>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Placement {
@@ -234,11 +225,11 @@ impl Poses {
 /// the squared exponential.
 #[derive(Args, Debug)]
 struct Shapes {
-    #[command(flatten)]
-    on: OnLog,
     /// Folder for the pictures; made if need be
     #[arg(short, long, value_name = "DIR", required_unless_present = "print_config")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    on: OnLog,
 }
 
 impl Shapes {

@@ -38,13 +38,13 @@ struct Facts {
     path_length_m: f32,
     profile: String,
     /// Supports of their own that nodes have; null if there are none.
-    supports: Option<Learned>,
+    supports: Option<SupportsFacts>,
     settings: toml::Table,
 }
 
 /// What a map's learned supports are.
 #[derive(Serialize)]
-struct Learned {
+struct SupportsFacts {
     count: usize,
     /// How many of each kind.
     kinds: BTreeMap<&'static str, usize>,
@@ -84,7 +84,7 @@ impl Info {
             path_points: path_m.len(),
             path_length_m: path_m.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum(),
             profile,
-            supports: map.supports().map(Learned::of),
+            supports: map.supports().map(SupportsFacts::of),
             settings: made_with.values(),
         };
         let settings = made_with.configuration()?;
@@ -106,7 +106,7 @@ impl Info {
     }
 }
 
-impl Learned {
+impl SupportsFacts {
     fn of(supports: &LearnedSupports) -> Self {
         Self {
             count: supports.supports().len(),

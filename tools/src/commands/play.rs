@@ -1,12 +1,12 @@
 use std::path::PathBuf;
 
+use bhm_bench::reading;
 use bhm_host::dataset::{self, ReadOptions};
 use clap::Args;
 
 use crate::{
     output::Output,
     processes::{DomainOptions, Sending},
-    reports,
 };
 
 /// Send the scans of a recorded log into shared memory
@@ -27,9 +27,9 @@ impl Play {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let (domain, stop) = self.domain.join()?;
         let mut log = dataset::read_log(&self.log, &ReadOptions { max_range_m: self.max_range })?;
-        reports::scan_log(&self.log, &log.report);
+        reading::scan_log(&self.log, &log.report);
         let scans: Vec<_> = self.sending.part.of(log.scans.drain(..)).collect();
-        let recorded_s = reports::recorded_s(&scans, &log.report);
+        let recorded_s = reading::recorded_s(&scans, &log.report);
         self.sending.run(scans.into_iter(), recorded_s, &domain, &stop, output)
     }
 }

@@ -1,14 +1,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use bhm_bench::metrics::Scores;
+use bhm_bench::{metrics::Scores, reading};
 use bhm_host::dataset::{self, PointLog};
 use clap::Args;
 
-use crate::{
-    output::{Output, table},
-    reports,
-};
+use crate::output::{Output, table};
 
 /// Score anyone's answers to the questions of `bhm export points`
 ///
@@ -27,7 +24,7 @@ pub(crate) struct Score {
 impl Score {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let test = PointLog::read(&self.test)?;
-        reports::point_log(&self.test, &test.report);
+        reading::point_log(&self.test, &test.report);
         // A row that was skipped would shift every answer after it.
         anyhow::ensure!(
             test.report.damaged == 0,
@@ -40,14 +37,9 @@ impl Score {
         let scores = Scores::of(&logits, &labels)
             .with_context(|| format!("{} for {}", self.predictions.display(), self.test.display()))?;
         output.result(&scores, || {
-            table(&[
-                ("points", format!("{}, {} of them occupied", scores.points, scores.positives)),
-                ("AUC", scores.auc.map_or("undefined: one class only".to_owned(), |auc| format!("{auc:.5}"))),
-                ("NLL", format!("{:.5} nats", scores.nll)),
-                ("Brier", format!("{:.5}", scores.brier)),
-                ("ECE", format!("{:.5}", scores.ece)),
-                ("accuracy", format!("{:.5}", scores.accuracy)),
-            ])
+            let mut rows = vec![("points", format!("{}, {} of them occupied", scores.points, scores.positives))];
+            rows.extend(scores.rows());
+            table(&rows)
         })
     }
 }
@@ -73,7 +65,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<f64>> {
     while reader.read_record(&mut record).with_context(file)? {
         let place = || format!("{}, line {}", file(), record.position().map_or(0, csv::Position::line));
         let cell = record.get(column).unwrap_or_default();
-        let value: f64 = cell.parse().with_context(|| format!("{}: {cell:?} is no number", place()))?;
+        let value: f64 = cell.parse().with_context(|| format!("{}: {cell:?} is not a number", place()))?;
         logits.push(match kind {
             Kind::Logit => value,
             // Certainty that is only a rounding of what is nearly sure is not punished without limit.
@@ -81,7 +73,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<f64>> {
                 let probability = value.clamp(f64::MIN_POSITIVE, 1.0 - 0.5 * f64::EPSILON);
                 (probability / (1.0 - probability)).ln()
             }
-            Kind::Probability => bail!("{}: {value} is no probability", place()),
+            Kind::Probability => bail!("{}: {value} is not a probability", place()),
         });
     }
     Ok(logits)

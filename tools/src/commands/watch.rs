@@ -188,15 +188,15 @@ fn wait_for_a_mapper(
     participant: &Participant,
     stop: &AtomicBool,
 ) -> anyhow::Result<Option<Box<dyn AnyPosteriorSubscriber>>> {
-    let mut said = false;
+    let mut warned = false;
     while !stop.load(Ordering::Relaxed) {
         match open_posterior_any(participant) {
             Ok(reader) => return Ok(Some(reader)),
             Err(absent @ IpcError::Absent { .. }) => {
-                if !said {
+                if !warned {
                     info!("{absent}; waiting for one");
                 }
-                said = true;
+                warned = true;
                 thread::sleep(NAP);
             }
             Err(error) => return Err(error.into()),

@@ -11,6 +11,7 @@ use std::{
 };
 
 use anyhow::Context;
+use bhm_bench::reading;
 use bhm_core::{
     profile::{self, Profile},
     settings::Settings,
@@ -18,6 +19,7 @@ use bhm_core::{
 };
 use bhm_host::{
     ScanRecord,
+    dataset::{self, ReadOptions, ScanLog},
     map::{self, AnyMap},
     supports::{self, LearnedSupports, SupportsError},
 };
@@ -240,7 +242,7 @@ impl MapOptions {
         for (option, value) in &self.given {
             document.set(option, value.clone())?;
         }
-        Ok(Effective::read(named, &document, None))
+        Ok(Effective::of_document(named, &document, None))
     }
 }
 
@@ -252,7 +254,7 @@ impl Effective {
 
     /// What a configuration whose named profile is `named` comes to, or what is wrong with it. Supports are loaded, unless
     /// they are `known`.
-    fn read(named: &Profile, document: &Document, known: Option<&SupportsFile>) -> Result<Self, String> {
+    fn of_document(named: &Profile, document: &Document, known: Option<&SupportsFile>) -> Result<Self, String> {
         let Configuration {
             supports,
             max_range_m,
@@ -329,7 +331,7 @@ impl Effective {
         for (option, value) in numbers {
             document.set(option, Value::Float(f64::from(*value))).map_err(|problem| problem.message)?;
         }
-        Self::read(named, &document, self.supports.as_ref())
+        Self::of_document(named, &document, self.supports.as_ref())
     }
 
     /// An empty map.
@@ -345,8 +347,19 @@ impl Effective {
         self.supports.as_ref().map(|file| &file.supports)
     }
 
+    /// Reads a log, says how that went, and prepares its scans.
+    ///
+    /// # Errors
+    /// If the log cannot be read.
+    pub(crate) fn read(&self, log: &Path) -> anyhow::Result<ScanLog> {
+        let mut read = dataset::read_log(log, &ReadOptions { max_range_m: self.max_range_m })?;
+        reading::scan_log(log, &read.report);
+        self.prepare(&mut read.scans);
+        Ok(read)
+    }
+
     /// Scans as they are to be learned: with what is known about their poses, where they do not say.
-    pub(crate) fn prepare(&self, scans: &mut [ScanRecord]) {
+    fn prepare(&self, scans: &mut [ScanRecord]) {
         scans.iter_mut().for_each(|scan| self.poses.apply(scan));
     }
 }

@@ -26,7 +26,7 @@ pub(super) struct Child {
     role: &'static str,
     process: process::Child,
     status: Option<ExitStatus>,
-    said: Receiver<String>,
+    printed: Receiver<String>,
     logged: Receiver<String>,
     tail: VecDeque<String>,
     readers: Vec<JoinHandle<()>>,
@@ -63,10 +63,10 @@ impl Child {
             // Ctrl-C reaches the parent only, which then ends its children in its own way.
             .process_group(0);
         let mut process = command.spawn().with_context(|| format!("cannot start {role}"))?;
-        let (said, stdout) = lines(process.stdout.take());
+        let (printed, stdout) = lines(process.stdout.take());
         let (logged, stderr) = lines(process.stderr.take());
         let readers = vec![stdout, stderr];
-        Ok(Self { role, process, status: None, said, logged, tail: VecDeque::new(), readers })
+        Ok(Self { role, process, status: None, printed, logged, tail: VecDeque::new(), readers })
     }
 
     pub(super) fn role(&self) -> &'static str {
@@ -77,15 +77,15 @@ impl Child {
         self.process.id()
     }
 
-    /// What it said since the last call, on standard output.
+    /// What it printed since the last call, on standard output.
     ///
     /// # Errors
     /// If that is not what was expected.
-    pub(super) fn said<T: DeserializeOwned>(&self) -> anyhow::Result<Vec<T>> {
+    pub(super) fn printed<T: DeserializeOwned>(&self) -> anyhow::Result<Vec<T>> {
         let parse = |line: String| {
-            serde_json::from_str(&line).with_context(|| format!("{} said what is not understood: {line}", self.role))
+            serde_json::from_str(&line).with_context(|| format!("{} printed what is not understood: {line}", self.role))
         };
-        self.said.try_iter().map(parse).collect()
+        self.printed.try_iter().map(parse).collect()
     }
 
     /// What it logged since the last call, on standard error.
@@ -96,7 +96,7 @@ impl Child {
         lines
     }
 
-    /// Whether it has ended, and all it said is there to be read.
+    /// Whether it has ended, and all it printed is there to be read.
     ///
     /// # Errors
     /// If it failed; with the end of its log.

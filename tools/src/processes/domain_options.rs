@@ -25,7 +25,7 @@ impl DomainOptions {
     /// The domain, and a flag that SIGINT, SIGTERM and the parent's death raise.
     ///
     /// # Errors
-    /// [`Usage`] if the name is none; if the operating system refuses.
+    /// [`Usage`] if the name is invalid; if the operating system refuses.
     pub(crate) fn join(&self) -> anyhow::Result<(Domain, Arc<AtomicBool>)> {
         let domain = self.domain.as_deref().map_or(Ok(Domain::default()), Domain::named);
         let domain = domain.map_err(|error| Usage(error.to_string()))?;

@@ -40,7 +40,7 @@ pub(super) struct ProcessGroup {
     log: GroupLog,
 }
 
-/// What the processes said.
+/// What the processes printed.
 #[derive(Default)]
 struct GroupLog {
     beginning: Beginning,
@@ -197,19 +197,19 @@ impl ProcessGroup {
         Ok(running.is_empty())
     }
 
-    /// Takes note of what they said.
+    /// Takes note of what they printed.
     fn listen(&mut self, count: &mut ScanCount) -> anyhow::Result<()> {
         let log = &mut self.log;
         if let Some(source) = &self.source {
-            for line in source.said()? {
+            for line in source.printed()? {
                 match line {
                     SourceLine::Begins(beginning) => log.beginning = beginning,
                     SourceLine::Sent(sent) => log.sent = Some(sent),
                 }
             }
         }
-        log.onboarded = self.onboard.said()?.pop().or(log.onboarded.take());
-        for line in self.watch.said()? {
+        log.onboarded = self.onboard.printed()?.pop().or(log.onboarded.take());
+        for line in self.watch.printed()? {
             match line {
                 WatchLine::Posterior(seen) => log.scans = Some(seen.scans),
                 WatchLine::Watched(watched) => log.watched = Some(watched),

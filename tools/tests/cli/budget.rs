@@ -13,9 +13,9 @@ fn quoted(mark: &str) -> String {
 fn the_documentation_quotes_the_budget() {
     let bench = Bench::new();
     for (mark, passes) in [("budget compact", ""), ("budget compact one pass", " --passes 1")] {
-        let said = bench.bhm(&format!("budget --profile compact --markdown{passes}"));
-        said.succeeds(&[]);
-        assert_eq!(quoted(mark), said.stdout, "docs/firmware.md is out of date");
+        let printed = bench.bhm(&format!("budget --profile compact --markdown{passes}"));
+        printed.succeeds(&[]);
+        assert_eq!(quoted(mark), printed.stdout, "docs/firmware.md is out of date");
     }
 }
 

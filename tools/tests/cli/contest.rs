@@ -160,10 +160,10 @@ fn answers_that_do_not_fit_the_questions_are_refused() {
     refused("probability\n0.5\n0.5\n0.5\n", &["3 predictions, but 2 labels"]);
     refused("p\n0.5\n0.5\n", &["a column `probability` or a column `logit`"]);
     refused("probability,logit\n0.5,0\n0.5,0\n", &["a column `probability` or a column `logit`"]);
-    refused("probability\n0.5\n1.5\n", &["line 3", "1.5 is no probability"]);
-    refused("probability\n0.5\nNaN\n", &["NaN is no probability"]);
+    refused("probability\n0.5\n1.5\n", &["line 3", "1.5 is not a probability"]);
+    refused("probability\n0.5\nNaN\n", &["NaN is not a probability"]);
     refused("logit\n0.5\ninf\n", &["not finite"]);
-    refused("probability\n0.5\nmany\n", &["line 3", "\"many\" is no number"]);
+    refused("probability\n0.5\nmany\n", &["line 3", "\"many\" is not a number"]);
     refused("probability,x\n0.5\n0.5\n", &["p.csv"]);
     refused("", &["expected a header"]);
     bench.write("p.csv", "x,probability\n1,0.25\n2,0.75\n");

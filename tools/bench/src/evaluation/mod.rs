@@ -7,13 +7,15 @@
 mod parts;
 mod split;
 mod task;
+mod test_points;
 mod timing;
 mod training_scan;
 mod truth;
 
 pub use parts::{Parts, three_parts};
-pub use split::{BeamSplit, Held, Split, TestPoints, Training, hold_out, hold_out_beams};
+pub use split::{BeamSplit, Held, Split, Training, hold_out, hold_out_beams};
 pub use task::Task;
+pub use test_points::TestPoints;
 pub use timing::Timing;
 pub use training_scan::{Line, Sampling, TrainingScan};
 pub use truth::Truth;

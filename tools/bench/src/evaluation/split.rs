@@ -1,16 +1,12 @@
 use std::fmt;
 
-use bhm_core::{
-    beam::{BeamLimits, Ray, Reading},
-    geometry::Point,
-    map::Occupancy,
-};
+use bhm_core::beam::{BeamLimits, Ray, Reading};
 use bhm_host::{ScanRecord, dataset::LabelledPoints};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::metrics::{ScoreError, Scores};
+use super::TestPoints;
 
 /// Free points of a beam that are asked for.
 const FREE_POINTS: usize = 2;
@@ -68,17 +64,6 @@ pub enum Training {
     Scans(Vec<ScanRecord>),
     /// Labelled points, scan by scan.
     Points(Vec<LabelledPoints>),
-}
-
-/// What it is asked.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TestPoints {
-    /// Places in the map, metres.
-    pub points_m: Vec<[f32; 2]>,
-    /// The truth about each.
-    pub occupied: Vec<bool>,
-    /// The position in the log of the scan that each is of.
-    pub scans: Vec<u64>,
 }
 
 /// Scans of which some beams are held out.
@@ -184,33 +169,6 @@ fn returns(scan: &ScanRecord) -> impl Iterator<Item = (Ray<2>, f32)> {
         Reading::Hit(range_m) => Some((ray, range_m)),
         _ => None,
     })
-}
-
-impl TestPoints {
-    /// How well a map answers them.
-    ///
-    /// # Errors
-    /// If there are none, or the map says of a point what is no number.
-    pub fn score(&self, occupancy: impl Fn(&Point<2>) -> Occupancy) -> Result<Scores, ScoreError> {
-        let logits: Vec<f32> = self.points_m.iter().map(|point_m| occupancy(&Point::from(*point_m)).logit()).collect();
-        Scores::of(&logits, &self.occupied)
-    }
-
-    /// The questions about scans up to this one; of more than `most` some, evenly.
-    #[must_use]
-    pub fn until(&self, scan: u64, most: usize) -> Self {
-        let of_scan = || (0..self.scans.len()).filter(|i| self.scans[*i] <= scan);
-        let every = of_scan().count().div_ceil(most.max(1)).max(1);
-        let mut some = Self::default();
-        of_scan().step_by(every).for_each(|i| some.push(self.scans[i], self.points_m[i], self.occupied[i]));
-        some
-    }
-
-    fn push(&mut self, scan: u64, point_m: [f32; 2], occupied: bool) {
-        self.scans.push(scan);
-        self.points_m.push(point_m);
-        self.occupied.push(occupied);
-    }
 }
 
 struct Dice {

@@ -49,17 +49,11 @@ impl Task {
         limits: BeamLimits,
         origin_m: impl Fn(u64) -> Option<[f32; 2]>,
     ) -> Self {
-        let mut asked = TestPoints::default();
-        for points in test {
-            asked.scans.resize(asked.scans.len() + points.points_m.len(), points.scan);
-            asked.points_m.extend(points.points_m);
-            asked.occupied.extend(points.occupied);
-        }
         let shown = |points: LabelledPoints| {
             let origin_m = origin_m(points.scan);
             TrainingScan::of_points(points, origin_m)
         };
-        Self { training: training.into_iter().map(shown).collect(), test: asked, limits }
+        Self { training: training.into_iter().map(shown).collect(), test: TestPoints::of(test), limits }
     }
 
     /// Least and greatest x and y of what is learned, with a metre around it; `None` if nothing is.

@@ -198,13 +198,14 @@ impl Report for Compared {
         let head = ["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         rows.extend(contestants.iter().map(|Contestant { name, supports, kernel_shape_m2, scores, rows }| {
+            let [auc, nll, ece] = scores.cells();
             vec![
                 name.clone(),
                 supports.to_string(),
                 format!("{kernel_shape_m2:.3}"),
-                scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}")),
-                format!("{:.5}", scores.nll),
-                format!("{:.5}", scores.ece),
+                auc,
+                nll,
+                ece,
                 rows.to_string(),
                 if scores.nll == best { "best".to_owned() } else { String::new() },
             ]

@@ -3,6 +3,7 @@ use bhm_core::{
     settings::{Settings, SettingsError},
     support::SupportTable,
 };
+use bhm_firmware_sim::Counters;
 use bhm_host::{
     map::{self, AnyMap},
     supports::LearnedSupports,
@@ -84,21 +85,30 @@ impl Trial {
         let (name, settings) = (variant.name.clone(), variant.fitted());
         let profile = Profile { name: "", purpose: "", settings, capacities: CAPACITIES };
         let mut map = map::open_with(&profile, variant.supports.clone())?;
-        let (mut rows, mut passes, mut observations, mut narrowed) = (0, 0, 0, 0);
+        let mut counters = Counters::NONE;
         for scan in progress::over(split.training.iter(), name.clone()) {
             if let Ok(report) = map.integrate(&scan.as_scan()) {
-                let lost = report.rows_over_capacity + report.rows_refused + report.tiles_failed + report.tiles_lost;
-                anyhow::ensure!(lost == 0, "{name}: a scan was learned in part only: {report:?}");
-                rows += u64::from(report.rows);
-                passes += u64::from(report.passes);
-                observations += u64::from(report.observations.used);
-                narrowed += u64::from(report.observations.narrowed);
+                counters.count_integrated(&report);
             }
         }
+        let Counters { rows, passes, observations_used, observations_narrowed, .. } = counters;
+        let Counters { rows_over_capacity, rows_refused, tiles_failed, tiles_lost, .. } = counters;
+        let lost = rows_over_capacity + rows_refused + tiles_failed + tiles_lost;
+        anyhow::ensure!(lost == 0, "{name}: the scans were learned in part only: {counters:?}");
         let scores = split.test.score(|point_m| map.occupancy(point_m))?;
         let (resident, archived) = map.tile_counts();
-        let (stencil, tiles, scans) = (settings.tile.stencil, resident + archived, split.training.len());
-        Ok((Self { name, scores, rows, passes, stencil, tiles, observations, narrowed, scans }, map))
+        let trial = Self {
+            name,
+            scores,
+            rows,
+            passes,
+            stencil: settings.tile.stencil,
+            tiles: resident + archived,
+            observations: observations_used,
+            narrowed: observations_narrowed,
+            scans: split.training.len(),
+        };
+        Ok((trial, map))
     }
 
     /// Instructions of a scan, modelled from what was learned with these settings.

@@ -70,6 +70,18 @@ pub enum ScoreError {
 }
 
 impl Scores {
+    /// Every score with its name.
+    #[must_use]
+    pub fn rows(&self) -> [(&'static str, String); 5] {
+        [
+            ("AUC", self.auc.map_or("undefined: one class only".to_owned(), |auc| format!("{auc:.5}"))),
+            ("NLL", format!("{:.5} nats", self.nll)),
+            ("Brier", format!("{:.5}", self.brier)),
+            ("ECE", format!("{:.5}", self.ece)),
+            ("accuracy", format!("{:.5}", self.accuracy)),
+        ]
+    }
+
     /// AUC, NLL and ECE for a table, to five decimals.
     #[must_use]
     pub fn cells(&self) -> [String; 3] {

@@ -48,6 +48,38 @@ fn series(curves: &Curves) -> Vec<Series<'_>> {
     curves.iter().map(|(name, points)| Series { name, points }).collect()
 }
 
+/// A chart for each dataset, with a curve for each contestant.
+struct Curve {
+    /// What its file's name begins with.
+    file: &'static str,
+    title: &'static str,
+    chart: &'static str,
+    x: Axis<'static>,
+    y: Axis<'static>,
+}
+
+impl Curve {
+    /// Draws it where there is anything to be drawn.
+    fn draw(
+        &self,
+        page: &mut Page,
+        outcomes: &[Outcome],
+        held: &str,
+        points: impl Fn(&Outcome) -> Vec<Sample>,
+    ) -> anyhow::Result<()> {
+        for (dataset, group) in datasets(outcomes, held) {
+            let curves = curves(&group, &points);
+            if curves.is_empty() {
+                continue;
+            }
+            let chart = Chart { title: self.chart, x: self.x, y: self.y, series: &series(&curves) };
+            let title = format!("Dataset {dataset}: {}", self.title);
+            page.chart(&format!("{}-{}.png", self.file, number(dataset)), &title, chart)?;
+        }
+        Ok(())
+    }
+}
+
 fn sample(x: f64, y: f64) -> Sample {
     Sample { x, y, error: None }
 }
@@ -94,31 +126,23 @@ pub(super) fn run_times(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result
          inducing points. Ours is flat because it depends on the tiles that a scan touches, and on nothing that was before; \
          VSDGPOM grows with the explored area until its inducing points are all placed.\n",
     );
-    for (dataset, group) in datasets(outcomes, "points") {
-        let times = curves(&group, |outcome| {
-            let window = outcome.scans.div_ceil(TIME_POINTS).max(1);
-            let middle = |part: &[f32]| {
-                let mut sorted = part.to_vec();
-                sorted.sort_unstable_by(f32::total_cmp);
-                f64::from(sorted[sorted.len() / 2])
-            };
-            let of =
-                |(index, part): (usize, &[f32])| sample(((index * window) + part.len()) as f64, middle(part).max(1e-4));
-            outcome.update_ms.chunks(window).enumerate().map(of).collect()
-        });
-        if times.is_empty() {
-            continue;
-        }
-        let time_series = series(&times);
-        let chart = Chart {
-            title: "time of an update",
-            x: Axis { label: "scans", scale: Scale::Linear },
-            y: Axis { label: "ms", scale: Scale::Logarithmic },
-            series: &time_series,
+    let chart = Curve {
+        file: "fig8a",
+        title: "run time against scans",
+        chart: "time of an update",
+        x: Axis { label: "scans", scale: Scale::Linear },
+        y: Axis { label: "ms", scale: Scale::Logarithmic },
+    };
+    chart.draw(page, outcomes, "points", |outcome| {
+        let window = outcome.scans.div_ceil(TIME_POINTS).max(1);
+        let middle = |part: &[f32]| {
+            let mut sorted = part.to_vec();
+            sorted.sort_unstable_by(f32::total_cmp);
+            f64::from(sorted[sorted.len() / 2])
         };
-        let title = format!("Dataset {dataset}: run time against scans");
-        page.chart(&format!("fig8a-{}.png", number(dataset)), &title, chart)?;
-    }
+        let of = |(index, part): (usize, &[f32])| sample((index * window + part.len()) as f64, middle(part).max(1e-4));
+        outcome.update_ms.chunks(window).enumerate().map(of).collect()
+    })?;
     let mut rows =
         vec![["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"].map(str::to_owned).to_vec()];
     for (dataset, group) in datasets(outcomes, "points") {
@@ -177,26 +201,18 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
         rows.push(row);
     }
     page.table(&rows);
-    for (dataset, group) in datasets(outcomes, "beams") {
-        let values = curves(&group, |outcome| {
-            let Some(unseen) = &outcome.unseen else { return Vec::new() };
-            let at = [5.0, 25.0, 50.0, 75.0, 95.0];
-            at.into_iter().zip(unseen.inside.at).map(|(percent, value)| sample(percent, value)).collect()
-        });
-        if values.is_empty() {
-            continue;
-        }
-        let value_series = series(&values);
-        let chart = Chart {
-            title: "p(occupied) inside unseen obstacles",
-            x: Axis { label: "percent of the places", scale: Scale::Linear },
-            y: Axis { label: "p(occupied) at most", scale: Scale::Linear },
-            series: &value_series,
-        };
-        let title = format!("Dataset {dataset}: inside unseen obstacles");
-        page.chart(&format!("fig8b-{}.png", number(dataset)), &title, chart)?;
-    }
-    Ok(())
+    let chart = Curve {
+        file: "fig8b",
+        title: "inside unseen obstacles",
+        chart: "p(occupied) inside unseen obstacles",
+        x: Axis { label: "percent of the places", scale: Scale::Linear },
+        y: Axis { label: "p(occupied) at most", scale: Scale::Linear },
+    };
+    chart.draw(page, outcomes, "beams", |outcome| {
+        let Some(unseen) = &outcome.unseen else { return Vec::new() };
+        let at = [5.0, 25.0, 50.0, 75.0, 95.0];
+        at.into_iter().zip(unseen.inside.at).map(|(percent, value)| sample(percent, value)).collect()
+    })
 }
 
 /// The number that a dataset's name begins with, for a file's name.

@@ -6,7 +6,7 @@ use super::{Extent, FRACTION, page::Page};
 use crate::{
     baselines::Size,
     contest::{Contest, Contestant, Dataset, Loaded, Outcome, Results, Round, RunOptions, hold, load},
-    evaluation::{Held, Task, TrainingScan},
+    evaluation::{Held, Sampling, Task, TrainingScan},
 };
 
 /// Scans of the building: few, since only the time of an update is wanted, and spread over the whole of it.
@@ -47,11 +47,13 @@ pub(super) fn write(page: &mut Page, extent: &Extent, seed: u64, results: &mut R
     let mut rows = vec![
         ["contestant", "M", "ms", "exponent in M", "N", "ms", "exponent in N", "theory"].map(str::to_owned).to_vec(),
     ];
+    let steps = extent.scaling_steps;
+    let mut measure = Measure { loaded, steps, seed, results };
     for (name, finest, theory) in MEASURED {
         let Ok(default) = name.parse::<Contestant>() else { continue };
         let finest = Contestant { size: if finest > 0.0 { finest } else { default.size }, ..default };
-        let in_m = in_m(&finest, loaded, extent, seed, results)?;
-        let in_n = in_n(&coarsened(&finest, extent.scaling_steps / 2), loaded, extent, seed, results)?;
+        let in_m = measure.in_m(&finest)?;
+        let in_n = measure.in_n(&coarsened(&finest, steps / 2))?;
         let list =
             |points: &[Point], cell: fn(&Point) -> String| points.iter().map(cell).collect::<Vec<_>>().join(", ");
         let exponent = |points: &[Point]| slope(points).map_or("-".to_owned(), |slope| format!("{slope:.2}"));
@@ -80,62 +82,66 @@ fn coarsened(finest: &Contestant, times: usize) -> Contestant {
     finest.coarser(factor.powi(times as i32))
 }
 
-fn in_m(
-    finest: &Contestant,
-    loaded: &Loaded,
-    extent: &Extent,
+/// What is measured, and where it is kept.
+struct Measure<'a> {
+    loaded: &'a Loaded,
+    /// Sizes in each direction.
+    steps: usize,
     seed: u64,
-    results: &mut Results,
-) -> anyhow::Result<Vec<Point>> {
-    let task = loaded.task(Held::Beams, FRACTION, seed)?;
-    let [min, max] = task.area_m().unwrap_or_default();
-    let area_m2 = f64::from(max[0] - min[0]) * f64::from(max[1] - min[1]);
-    let contestants: Vec<Contestant> = (0..extent.scaling_steps).rev().map(|times| coarsened(finest, times)).collect();
-    let size = |contestant: &Contestant| match contestant.entry.size {
-        Size::Metres(_) => area_m2 / f64::from(contestant.size).powi(2),
-        Size::Count(..) => f64::from(contestant.size),
-    };
-    let sizes: Vec<f64> = contestants.iter().map(size).collect();
-    let round = Round::new(loaded, "beams, for Table 1".to_owned(), seed, task);
-    let outcomes = taken(vec![round], contestants, results)?;
-    Ok(points(sizes, &outcomes))
+    results: &'a mut Results,
 }
 
-fn in_n(
-    contestant: &Contestant,
-    loaded: &Loaded,
-    extent: &Extent,
-    seed: u64,
-    results: &mut Results,
-) -> anyhow::Result<Vec<Point>> {
-    let task = loaded.task(Held::Beams, FRACTION, seed)?;
-    let mut points_of_a_scan = Vec::new();
-    let mut rounds = Vec::new();
-    for times in (0..extent.scaling_steps).rev() {
-        let thinned = thinned(&task, 1 << times, loaded, seed);
-        let count: usize = thinned.training.iter().map(|shown| shown.points().len()).sum();
-        points_of_a_scan.push(count as f64 / thinned.training.len().max(1) as f64);
-        rounds.push(Round::new(loaded, format!("beams, every {}., for Table 1", 1 << times), seed, thinned));
+impl Measure<'_> {
+    fn in_m(&mut self, finest: &Contestant) -> anyhow::Result<Vec<Point>> {
+        let task = self.loaded.task(Held::Beams, FRACTION, self.seed)?;
+        let [min, max] = task.area_m().unwrap_or_default();
+        let area_m2 = f64::from(max[0] - min[0]) * f64::from(max[1] - min[1]);
+        let contestants: Vec<Contestant> = (0..self.steps).rev().map(|times| coarsened(finest, times)).collect();
+        let size = |contestant: &Contestant| match contestant.entry.size {
+            Size::Metres(_) => area_m2 / f64::from(contestant.size).powi(2),
+            Size::Count(..) => f64::from(contestant.size),
+        };
+        let sizes: Vec<f64> = contestants.iter().map(size).collect();
+        let round = Round::new(self.loaded, "beams, for Table 1".to_owned(), self.seed, task);
+        let outcomes = self.taken(vec![round], contestants)?;
+        Ok(points(sizes, &outcomes))
     }
-    let outcomes = taken(rounds, vec![*contestant], results)?;
-    Ok(points(points_of_a_scan, &outcomes))
+
+    fn in_n(&mut self, contestant: &Contestant) -> anyhow::Result<Vec<Point>> {
+        let task = self.loaded.task(Held::Beams, FRACTION, self.seed)?;
+        let mut points_of_a_scan = Vec::new();
+        let mut rounds = Vec::new();
+        for times in (0..self.steps).rev() {
+            let thinned = thinned(&task, 1 << times, &self.loaded.sampling(self.seed));
+            let count: usize = thinned.training.iter().map(|shown| shown.points().len()).sum();
+            points_of_a_scan.push(count as f64 / thinned.training.len().max(1) as f64);
+            rounds.push(Round::new(
+                self.loaded,
+                format!("beams, every {}., for Table 1", 1 << times),
+                self.seed,
+                thinned,
+            ));
+        }
+        let outcomes = self.taken(rounds, vec![*contestant])?;
+        Ok(points(points_of_a_scan, &outcomes))
+    }
+
+    /// One after the other: two at once would share caches that the sizes are to fill.
+    fn taken(&mut self, rounds: Vec<Round<'_>>, contestants: Vec<Contestant>) -> anyhow::Result<Vec<Outcome>> {
+        let options = RunOptions { deadline_s: Some(DEADLINE_S), checkpoints: 0 };
+        Ok(hold(&Contest { rounds, contestants, options, jobs: 1 }, self.results)?)
+    }
 }
 
 /// The task with every n-th training beam.
-fn thinned(task: &Task, every: usize, loaded: &Loaded, seed: u64) -> Task {
+fn thinned(task: &Task, every: usize, sampling: &Sampling) -> Task {
     let thin = |shown: &TrainingScan| {
         let record = shown.beams()?;
         let kept = |(beam, range_m): (usize, &f32)| if beam % every == 0 { *range_m } else { f32::NAN };
         let ranges_m = record.ranges_m.iter().enumerate().map(kept).collect();
-        Some(TrainingScan::of_beams(shown.scan, ScanRecord { ranges_m, ..record.clone() }, &loaded.sampling(seed)))
+        Some(TrainingScan::of_beams(shown.scan, ScanRecord { ranges_m, ..record.clone() }, sampling))
     };
     Task { training: task.training.iter().filter_map(thin).collect(), ..task.clone() }
-}
-
-/// One after the other: two at once would share caches that the sizes are to fill.
-fn taken(rounds: Vec<Round<'_>>, contestants: Vec<Contestant>, results: &mut Results) -> anyhow::Result<Vec<Outcome>> {
-    let options = RunOptions { deadline_s: Some(DEADLINE_S), checkpoints: 0 };
-    Ok(hold(&Contest { rounds, contestants, options, jobs: 1 }, results)?)
 }
 
 /// Sizes with the median times of those that learned anything.

@@ -4,11 +4,8 @@
 //! [`SEEDS_PER_CLUSTER`] observations a cluster to begin with (k-means++, Arthur and Vassilvitskii 2007) and the sums of
 //! Lloyd's algorithm, whatever the length of the log.
 
-use bhm_core::{
-    geometry::Point,
-    settings::{Settings, SettingsError},
-    support::SupportTable,
-};
+use anyhow::ensure;
+use bhm_core::{geometry::Point, settings::Settings, support::SupportTable};
 use bhm_host::{ScanRecord, supports::observe};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,40 +37,20 @@ impl ClusterOptions {
     pub const DEFAULT: Self = Self { clusters: 256, passes: 10, hit_weight: 15.0, seed: 1 };
 }
 
-/// Why there are no clusters.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ClusterError {
-    /// The map's settings contradict themselves.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// So many are not looked for.
-    #[error("{0} clusters, expected 1 to {MAX_CLUSTERS}")]
-    Clusters(usize),
-    /// A hit cannot count as so many observations.
-    #[error("a hit cannot count as {0} observations")]
-    HitWeight(f32),
-    /// No scan said anything.
-    #[error("the scans hold no usable observation")]
-    Nothing,
-}
-
 /// Finds clusters of hits and free points in scans that may be read as often as wanted. Memory depends on the number of
 /// clusters alone.
 ///
 /// # Errors
-/// What [`ClusterError`] names.
+/// Settings that contradict themselves, more than [`MAX_CLUSTERS`] clusters or none, a hit weight that is not positive, or scans
+/// without a usable observation.
 pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
     scans: impl Fn() -> S,
     settings: &Settings,
     options: &ClusterOptions,
-) -> Result<Vec<Cluster>, ClusterError> {
+) -> anyhow::Result<Vec<Cluster>> {
     let ClusterOptions { clusters, passes, hit_weight, seed } = *options;
-    if !(1..=MAX_CLUSTERS).contains(&clusters) {
-        return Err(ClusterError::Clusters(clusters));
-    }
-    if !(hit_weight > 0.0 && hit_weight.is_finite()) {
-        return Err(ClusterError::HitWeight(hit_weight));
-    }
+    ensure!((1..=MAX_CLUSTERS).contains(&clusters), "{clusters} clusters, expected 1 to {MAX_CLUSTERS}");
+    ensure!(hit_weight > 0.0 && hit_weight.is_finite(), "a hit cannot count as {hit_weight} observations");
     settings.fitted(&SupportTable::EMPTY).model()?;
     let each = |take: &mut dyn FnMut(Observation)| {
         for scan in scans() {
@@ -86,7 +63,8 @@ pub fn learn_clusters<'a, S: IntoIterator<Item = &'a ScanRecord>>(
         }
     };
     let found = k_means(each, clusters, passes, seed);
-    if found.is_empty() { Err(ClusterError::Nothing) } else { Ok(found) }
+    ensure!(!found.is_empty(), "the scans hold no usable observation");
+    Ok(found)
 }
 
 /// Weighted k-means of any places: `each` hands every one of them, the same ones each time it is asked, to what it is given.
@@ -309,13 +287,16 @@ mod tests {
         one.truncate(1);
         one[0].ranges_m = vec![0.05];
         let learn = |scans: &[ScanRecord], options: &ClusterOptions| {
-            learn_clusters(|| scans, &COMPACT.settings, options).map(|found| found.len())
+            learn_clusters(|| scans, &COMPACT.settings, options)
+                .map(|found| found.len())
+                .map_err(|error| error.to_string())
         };
         let options = ClusterOptions { clusters: 5, ..ClusterOptions::DEFAULT };
         assert_eq!(learn(&one, &options), Ok(1));
-        assert_eq!(learn(&[], &options), Err(ClusterError::Nothing));
-        assert_eq!(learn(&one, &ClusterOptions { clusters: 0, ..options }), Err(ClusterError::Clusters(0)));
+        assert_eq!(learn(&[], &options), Err("the scans hold no usable observation".to_owned()));
+        let none = ClusterOptions { clusters: 0, ..options };
+        assert_eq!(learn(&one, &none), Err("0 clusters, expected 1 to 4096".to_owned()));
         let weightless = ClusterOptions { hit_weight: 0.0, ..options };
-        assert_eq!(learn(&one, &weightless), Err(ClusterError::HitWeight(0.0)));
+        assert_eq!(learn(&one, &weightless), Err("a hit cannot count as 0 observations".to_owned()));
     }
 }

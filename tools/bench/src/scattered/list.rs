@@ -1,9 +1,10 @@
 use std::{
     fs::{self, File},
-    io::{self, BufReader},
-    path::{Path, PathBuf},
+    io::BufReader,
+    path::Path,
 };
 
+use anyhow::{Context, bail, ensure};
 use bhm_core::{
     geometry::Point,
     support::{AnySupport, GaussianSupport, Support},
@@ -55,44 +56,14 @@ pub struct Clusters {
     pub clusters: Vec<Cluster>,
 }
 
-/// Why a list of scattered supports cannot be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum ListError {
-    /// The file cannot be read.
-    #[error("cannot read {}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file cannot be written.
-    #[error("cannot write {}", path.display())]
-    Unwritable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// It is no such list.
-    #[error("{}: expected a list of scattered supports: {reason}", path.display())]
-    Bad {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        reason: String,
-    },
-}
-
 impl Clusters {
     /// Writes them to a file; says how many bytes they are.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<usize, ListError> {
-        let unwritable = |source| ListError::Unwritable { path: path.to_owned(), source };
-        let bytes = serde_json::to_vec(self).map_err(|error| unwritable(error.into()))?;
-        fs::write(path, &bytes).map_err(unwritable)?;
+    pub fn save(&self, path: &Path) -> anyhow::Result<usize> {
+        let bytes = serde_json::to_vec(self)?;
+        fs::write(path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
         Ok(bytes.len())
     }
 
@@ -100,15 +71,14 @@ impl Clusters {
     ///
     /// # Errors
     /// If the file cannot be read, or holds something else.
-    pub fn load(path: &Path) -> Result<Self, ListError> {
-        let bad = |reason| ListError::Bad { path: path.to_owned(), reason };
-        let file = File::open(path).map_err(|source| ListError::Unreadable { path: path.to_owned(), source })?;
-        let list: Self = serde_json::from_reader(BufReader::new(file)).map_err(|error| bad(error.to_string()))?;
-        if !(1..=MAX_CLUSTERS).contains(&list.clusters.len()) {
-            return Err(bad(format!("{} supports, expected 1 to {MAX_CLUSTERS}", list.clusters.len())));
-        }
+    pub fn load(path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let bad = || format!("{}: expected a list of scattered supports", path.display());
+        let list: Self = serde_json::from_reader(BufReader::new(file)).with_context(bad)?;
+        let supports = list.clusters.len();
+        ensure!((1..=MAX_CLUSTERS).contains(&supports), "{}: {supports} supports, expected 1 to {MAX_CLUSTERS}", bad());
         match list.clusters.iter().position(|cluster| !cluster.is_valid()) {
-            Some(invalid) => Err(bad(format!("support {invalid}: invalid centre, weight or covariance"))),
+            Some(invalid) => bail!("{}: support {invalid}: invalid centre, weight or covariance", bad()),
             None => Ok(list),
         }
     }
@@ -138,7 +108,7 @@ mod tests {
             let mut clusters = some();
             damage(&mut clusters);
             clusters.save(&path).unwrap();
-            Clusters::load(&path).unwrap_err().to_string()
+            format!("{:#}", Clusters::load(&path).unwrap_err())
         };
         let invalid = "support 2: invalid centre, weight or covariance";
         assert!(refused(&|list| list.clusters[2].covariance_m2[0] = -1.0).ends_with(invalid));
@@ -148,9 +118,9 @@ mod tests {
         assert!(refused(&|list| list.clusters.clear()).ends_with("0 supports, expected 1 to 4096"));
 
         fs::write(&path, "FLASER 3 1.0").unwrap();
-        let error = Clusters::load(&path).unwrap_err().to_string();
+        let error = format!("{:#}", Clusters::load(&path).unwrap_err());
         assert!(error.contains("expected a list of scattered supports: expected value at line 1"), "{error}");
-        assert!(matches!(Clusters::load(&folder.path().join("none")), Err(ListError::Unreadable { .. })));
-        assert!(matches!(some().save(&folder.path().join("no/some.json")), Err(ListError::Unwritable { .. })));
+        assert!(Clusters::load(&folder.path().join("none")).is_err());
+        assert!(some().save(&folder.path().join("no/some.json")).is_err());
     }
 }

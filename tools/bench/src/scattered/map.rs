@@ -4,9 +4,9 @@ use bhm_core::{
     em,
     geometry::{Place, Point},
     map::Occupancy,
-    posterior::{NotPositiveDefinite, Pattern, Posterior, Prior, Row, RowError, RowState, Rows, Scratch},
+    posterior::{Pattern, Posterior, Prior, Row, RowState, Rows, Scratch},
     scan::Sweep,
-    settings::{Model, Settings, SettingsError},
+    settings::{Model, Settings},
 };
 use bhm_host::{ScanRecord, map::zeroed_box, supports::observe};
 
@@ -17,39 +17,14 @@ pub const MAX_SCATTERED: usize = 512;
 
 /// A map with supports anywhere, for programs that learn their number at run time.
 pub trait ScatteredMap: Send {
-    /// How many supports it has.
-    fn supports(&self) -> usize;
-
     /// Learns a scan; says how many rows it was.
     ///
     /// # Errors
     /// If not all of it can be learned.
-    fn integrate(&mut self, scan: &ScanRecord) -> Result<usize, ScatteredError>;
+    fn integrate(&mut self, scan: &ScanRecord) -> anyhow::Result<usize>;
 
     /// What the map says about a point; [`Occupancy::UNKNOWN`] if it is not finite.
     fn occupancy(&self, point_m: &Point<2>) -> Occupancy;
-}
-
-/// Why there is no such map, or why it did not learn.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ScatteredError {
-    /// Settings that contradict themselves.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// Too many, or none.
-    #[error("{supports} supports, expected 1 to {most}")]
-    Supports {
-        /// How many.
-        supports: usize,
-        /// How many the map is compiled for.
-        most: usize,
-    },
-    /// An observation that is no row.
-    #[error(transparent)]
-    Row(#[from] RowError),
-    /// The update failed, and changed nothing.
-    #[error(transparent)]
-    Update(#[from] NotPositiveDefinite),
 }
 
 /// A map of at most `M` supports anywhere. Of the settings, those of lattice, tiles, bias, forgetting and capacities are not
@@ -70,36 +45,22 @@ impl<const M: usize> DenseMap<M> {
     ///
     /// # Errors
     /// Settings that contradict themselves, no support or more than `M`.
-    pub fn new(settings: Settings, supports: Vec<ScatteredSupport>) -> Result<Self, ScatteredError> {
+    pub fn new(settings: Settings, supports: Vec<ScatteredSupport>) -> anyhow::Result<Self> {
         let model = settings.model()?;
-        if !(1..=M).contains(&supports.len()) {
-            return Err(ScatteredError::Supports { supports: supports.len(), most: M });
-        }
+        anyhow::ensure!((1..=M).contains(&supports.len()), "{} supports, expected 1 to {M}", supports.len());
         let (mut posterior, scratch) = (zeroed_box::<Posterior<M, M>>(), zeroed_box());
         posterior.reset(&Prior { bias: None, ..model.prior });
         Ok(Self { settings, model, supports, posterior, scratch, features: Vec::new(), states: Vec::new() })
     }
 
-    /// How places become features.
-    #[must_use]
-    pub fn basis(&self) -> ScatteredBasis<'_> {
+    fn basis(&self) -> ScatteredBasis<'_> {
         let Basis { kernel, segments, .. } = self.model.basis;
         ScatteredBasis { kernel, supports: &self.supports, segments }
-    }
-
-    /// What is believed of the weights now.
-    #[must_use]
-    pub fn posterior(&self) -> &Posterior<M, M> {
-        &self.posterior
     }
 }
 
 impl<const M: usize> ScatteredMap for DenseMap<M> {
-    fn supports(&self) -> usize {
-        self.supports.len()
-    }
-
-    fn integrate(&mut self, scan: &ScanRecord) -> Result<usize, ScatteredError> {
+    fn integrate(&mut self, scan: &ScanRecord) -> anyhow::Result<usize> {
         let mut observed = Vec::new();
         observe(scan, &self.settings, |observation| observed.push(*observation));
         let (mut features, mut states) = (std::mem::take(&mut self.features), std::mem::take(&mut self.states));
@@ -136,10 +97,7 @@ impl<const M: usize> ScatteredMap for DenseMap<M> {
 ///
 /// # Errors
 /// As [`DenseMap::new`]; more than [`MAX_SCATTERED`] supports.
-pub fn open_scattered(
-    settings: Settings,
-    supports: Vec<ScatteredSupport>,
-) -> Result<Box<dyn ScatteredMap>, ScatteredError> {
+pub fn open_scattered(settings: Settings, supports: Vec<ScatteredSupport>) -> anyhow::Result<Box<dyn ScatteredMap>> {
     if supports.len() <= 256 {
         Ok(Box::new(DenseMap::<256>::new(settings, supports)?))
     } else {

@@ -13,8 +13,6 @@ mod map;
 mod tests;
 
 pub use basis::{ScatteredBasis, ScatteredSupport};
-pub use clusters::{
-    ClusterError, ClusterOptions, MAX_CLUSTERS, Observation, SEEDS_PER_CLUSTER, k_means, learn_clusters,
-};
-pub use list::{Cluster, Clusters, ListError};
-pub use map::{DenseMap, MAX_SCATTERED, ScatteredError, ScatteredMap, open_scattered};
+pub use clusters::{ClusterOptions, MAX_CLUSTERS, Observation, SEEDS_PER_CLUSTER, k_means, learn_clusters};
+pub use list::{Cluster, Clusters};
+pub use map::{DenseMap, MAX_SCATTERED, ScatteredMap, open_scattered};

@@ -111,7 +111,7 @@ pub enum PictureError {
     #[error("cannot draw from {:?} to {:?} m: each side must be 1 mm to 10 000 km, within 10 000 km of the origin", .0.min, .0.max)]
     Bounds(Bounds),
     /// The scale is zero, negative or not finite.
-    #[error("{0} pixels per metre is no scale")]
+    #[error("{0} pixels per metre is not a usable scale")]
     Scale(f32),
     /// A side of the map is outside [`SIDE_LIMITS_PX`].
     #[error("a map of {width_px:.0} x {height_px:.0} pixels: each side must be {} to {}", SIDE_LIMITS_PX.0, SIDE_LIMITS_PX.1)]

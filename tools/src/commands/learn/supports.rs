@@ -4,7 +4,6 @@ use bhm_bench::scattered::{Cluster, ClusterOptions, Clusters, learn_clusters};
 use bhm_core::{kernel::KernelSettings, relevance::RelevanceSettings, settings::Settings};
 use bhm_host::{
     ScanRecord,
-    dataset::{self, ReadOptions},
     supports::{self, RelevanceOptions, learn_relevance},
 };
 use clap::Args;
@@ -13,7 +12,6 @@ use serde::Serialize;
 use crate::{
     options::MapOptions,
     output::{Output, Usage, bytes, table},
-    reports,
 };
 
 /// Learn which places call for wide supports and which for narrow ones (relevance detection)
@@ -54,7 +52,7 @@ pub(crate) struct Supports {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct ShapesLearned {
     output: PathBuf,
     bytes: usize,
     hits: u64,
@@ -81,8 +79,7 @@ impl Supports {
             }
         }
         let settings: &Settings = &options.profile.settings;
-        let scans = dataset::read_log(log, &ReadOptions { max_range_m: options.max_range_m })?;
-        reports::scan_log(log, &scans.report);
+        let scans = options.read(log)?;
         if let Some(clusters) = self.cluster {
             return self.cluster(clusters, &scans.scans, settings, file, output);
         }
@@ -101,13 +98,13 @@ impl Supports {
             );
         }
         supports::save(file, &learned.supports)?;
-        let report = Report::of(file, &learned, settings.spacing_m);
+        let report = ShapesLearned::of(file, &learned, settings.spacing_m);
         output.result(&report, || report.text())
     }
 }
 
 #[derive(Serialize)]
-struct ClusterReport {
+struct ClustersLearned {
     output: PathBuf,
     bytes: usize,
     supports: usize,
@@ -135,7 +132,7 @@ impl Supports {
         let weight: f64 = found.clusters.iter().map(|cluster| cluster.weight).sum();
         let spread =
             |cluster: &Cluster| cluster.weight * 0.5 * f64::from(cluster.covariance_m2[0] + cluster.covariance_m2[2]);
-        let report = ClusterReport {
+        let report = ClustersLearned {
             output: file.to_owned(),
             bytes: found.save(file)?,
             supports: found.clusters.len(),
@@ -152,7 +149,7 @@ impl Supports {
     }
 }
 
-impl Report {
+impl ShapesLearned {
     fn of(file: &Path, learned: &supports::LearnedRelevance, spacing_m: f32) -> Self {
         let shapes = learned.supports.supports();
         let mut deviations = [0.0_f32; 2];

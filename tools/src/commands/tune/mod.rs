@@ -9,7 +9,6 @@ use bhm_bench::{
     evaluation::{Parts, three_parts},
     search::{Found, Method, grid_len, search},
 };
-use bhm_host::dataset::{self, ReadOptions};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tracing::info;
@@ -22,7 +21,6 @@ use self::{
 use crate::{
     options::{Effective, MapOptions},
     output::{Output, Usage},
-    reports,
 };
 
 /// Most combinations of a grid: more would run for days.
@@ -104,10 +102,7 @@ impl Tune {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         fs::metadata(folder).with_context(|| format!("cannot write {}", path.display()))?;
 
-        let log = dataset::read_log(log_path, &ReadOptions { max_range_m: start.max_range_m })?;
-        reports::scan_log(log_path, &log.report);
-        let mut scans: Vec<_> = log.scans.into_iter().step_by(self.every.get()).collect();
-        start.prepare(&mut scans);
+        let scans: Vec<_> = start.read(log_path)?.scans.into_iter().step_by(self.every.get()).collect();
         let parts = three_parts(&scans, self.fraction, self.seed);
         let [validation, test, of] = parts.beams();
         info!("{} scans; of {of} beams with a return, {validation} to choose by and {test} to test with", scans.len());

@@ -1,17 +1,16 @@
 //! One candidate: learned, asked, and what it cost.
 
-use std::time::Instant;
-
 use bhm_bench::{
     cost,
     evaluation::{BeamSplit, Timing},
     metrics::Scores,
     search::{Judged, Worth},
 };
+use bhm_firmware_sim::Counters;
 use serde::Serialize;
 
 use super::By;
-use crate::{options::Effective, progress, reports::Learned};
+use crate::{options::Effective, reports::Learned};
 
 /// What came of a candidate.
 #[derive(Clone, Debug, Serialize)]
@@ -76,29 +75,18 @@ impl Trial {
 }
 
 fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
-    let BeamSplit { training: scans, test: points, held: beams_removed, .. } = split;
+    let BeamSplit { training: scans, test: points, held, .. } = split;
     let mut map = match options.open() {
         Ok(map) => map,
         Err(error) => return TrialResult::Refused(error.to_string()),
     };
-    let (mut learned, mut durations) = (Learned::default(), Vec::with_capacity(scans.len()));
-    let (mut objective, mut rows, mut passes) = (0.0, 0, 0);
-    for scan in progress::over(scans.iter(), name) {
-        let start = Instant::now();
-        let outcome = map.integrate(&scan.as_scan());
-        durations.push(start.elapsed());
-        if let Ok(report) = &outcome {
-            objective += f64::from(report.objective);
-            rows += u64::from(report.rows);
-            passes += u64::from(report.passes);
-        }
-        learned.add(&outcome);
-    }
-    // They were NaN to the map, but they are not the log's fault.
-    learned.0.beams_not_a_number = learned.0.beams_not_a_number.saturating_sub(*beams_removed as u64);
+    let mut learned = Learned::default();
+    learned.learn_all(&mut *map, scans, name);
+    learned.leave_out(*held);
+    let Counters { rows, passes, tiles_failed, .. } = learned.counters;
     // The rows of an update that failed have no objective, and what it would have learned is missing.
-    if learned.0.tiles_failed > 0 {
-        return TrialResult::Failed(format!("{} updates of a tile failed", learned.0.tiles_failed));
+    if tiles_failed > 0 {
+        return TrialResult::Failed(format!("{tiles_failed} updates of a tile failed"));
     }
     if rows == 0 {
         return TrialResult::Failed("nothing could be learned".to_owned());
@@ -115,10 +103,10 @@ fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
     let tiles = resident + archived;
     TrialResult::Scored(Box::new(Scored {
         scores,
-        objective_per_row: objective / rows as f64,
+        objective_per_row: learned.objective / rows as f64,
         rows,
         work,
-        timing: Timing::of(durations),
+        timing: Timing::of(learned.durations.clone()),
         tiles,
         map_bytes: tiles * map.bytes().1,
         learned,

@@ -184,10 +184,11 @@ impl Tuned<'_> {
     fn cells(&self, scored: &Scored) -> Vec<String> {
         let cost = self.cost(scored);
         let dear = cost.is_some_and(|cost| cost > self.request.max_cost);
+        let [auc, nll, ece] = scored.scores.cells();
         vec![
-            format!("{:.5}", scored.scores.nll),
-            auc(scored),
-            format!("{:.5}", scored.scores.ece),
+            nll,
+            auc,
+            ece,
             format!("{:.5}", scored.objective_per_row),
             ms_per_scan(scored),
             cost.map_or("-".to_owned(), |cost| format!("{cost:.2}")),
@@ -203,13 +204,10 @@ impl Tuned<'_> {
             let Some(trial) = trial else { continue };
             let mut row = vec![name.to_owned()];
             match trial.scored() {
-                Some(scored) => row.extend([
-                    format!("{:.5}", scored.scores.nll),
-                    auc(scored),
-                    format!("{:.5}", scored.scores.ece),
-                    format!("{:.5}", scored.scores.brier),
-                    ms_per_scan(scored),
-                ]),
+                Some(scored) => {
+                    let [auc, nll, ece] = scored.scores.cells();
+                    row.extend([nll, auc, ece, format!("{:.5}", scored.scores.brier), ms_per_scan(scored)]);
+                }
                 None => row.push(remark(trial)),
             }
             rows.push(row);
@@ -227,13 +225,9 @@ impl Tuned<'_> {
 
     fn scores(&self, trial: &Trial) -> String {
         let Some(scored) = trial.scored() else { return remark(trial) };
-        let [nll, ece] = [scored.scores.nll, scored.scores.ece];
-        format!("NLL {nll:.5}, AUC {}, ECE {ece:.5}, objective per row {:.5}", auc(scored), scored.objective_per_row)
+        let [auc, nll, ece] = scored.scores.cells();
+        format!("NLL {nll}, AUC {auc}, ECE {ece}, objective per row {:.5}", scored.objective_per_row)
     }
-}
-
-fn auc(scored: &Scored) -> String {
-    scored.scores.auc.map_or("-".to_owned(), |auc| format!("{auc:.5}"))
 }
 
 fn ms_per_scan(scored: &Scored) -> String {

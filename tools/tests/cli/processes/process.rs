@@ -19,14 +19,14 @@ const LONG: Duration = Duration::from_secs(240);
 /// A process of the binary; killed by its id if a test leaves it behind.
 pub(crate) struct Process {
     child: Child,
-    said: Receiver<Value>,
+    printed: Receiver<Value>,
     log: Option<JoinHandle<String>>,
 }
 
 /// How a process ended.
 pub(crate) struct Ended {
     pub(crate) code: Option<i32>,
-    /// What it said last.
+    /// What it printed last.
     pub(crate) last: Value,
     pub(crate) stderr: String,
 }
@@ -40,7 +40,7 @@ impl Process {
         }
         command.current_dir(bench.path("")).args(arguments.split_whitespace()).arg("--json");
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let (sender, said) = mpsc::channel();
+        let (sender, printed) = mpsc::channel();
         let stdout = BufReader::new(child.stdout.take().unwrap());
         thread::spawn(move || {
             for line in stdout.lines().map_while(Result::ok) {
@@ -56,7 +56,7 @@ impl Process {
             stderr.read_to_end(&mut text).unwrap();
             String::from_utf8_lossy(&text).into_owned()
         });
-        Self { child, said, log: Some(log) }
+        Self { child, printed, log: Some(log) }
     }
 
     /// Starts it in a domain.
@@ -83,7 +83,7 @@ impl Process {
     pub(crate) fn says<T>(&self, mut pick: impl FnMut(&Value) -> Option<T>) -> T {
         let deadline = Instant::now() + LONG;
         loop {
-            match self.said.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            match self.printed.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
                 Ok(line) => {
                     if let Some(picked) = pick(&line) {
                         return picked;
@@ -96,7 +96,7 @@ impl Process {
 
     /// The next line, if it comes within so long.
     pub(crate) fn says_within(&self, patience: Duration) -> Option<Value> {
-        self.said.recv_timeout(patience).ok()
+        self.printed.recv_timeout(patience).ok()
     }
 
     /// Waits for a consumer to read a posterior of so many scans or more.
@@ -111,13 +111,13 @@ impl Process {
         let status = eventually("its end", || self.child.try_wait().unwrap());
         let stderr = self.log.take().unwrap().join().unwrap();
         // The pipe's reader hangs up at its end.
-        let last = self.said.iter().last().unwrap_or_default();
+        let last = self.printed.iter().last().unwrap_or_default();
         Ended { code: status.code(), last, stderr }
     }
 }
 
 impl Ended {
-    /// It succeeded; what it said last.
+    /// It succeeded; what it printed last.
     #[track_caller]
     pub(crate) fn well(self) -> Value {
         assert_eq!(self.code, Some(0), "{}", self.stderr);
