@@ -2,12 +2,14 @@
 #![allow(dead_code, unused_imports, reason = "each test file is a program of its own and uses a part of this")]
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
 
+mod bordered;
+mod inverse;
 mod stream;
 
 use std::path::PathBuf;
 
 use bhm_core::{
-    beam::{Beam, BeamTally, LabelledPlace, sort_beam},
+    beam::{Beam, BeamEnd, BeamLimits, BeamTally, LabelledPlace, sort_beam},
     em::{self, UpdateReport},
     posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowState, Rows, Scratch},
     reference::{DensePosterior, Matrix, Observation, Safeguard},
@@ -18,6 +20,8 @@ use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions},
 };
+pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior, entries};
+pub use inverse::Inverse;
 pub use stream::Stream;
 
 /// How far a pass may lower the bound, as the core's `em` module states it: `1e-3 + 1e-5·|L|`.
@@ -38,13 +42,23 @@ pub fn intel_scans() -> Option<Vec<ScanRecord>> {
     Some(dataset::read_log(&path, &ReadOptions::default()).expect("a readable log").scans)
 }
 
+/// What a scan's readings mean under these limits, beam by beam, and what became of each.
+pub fn read(scan: &ScanRecord, limits: &BeamLimits) -> (Vec<(usize, BeamEnd)>, BeamTally) {
+    let mut tally = BeamTally::default();
+    let sorted = scan
+        .ranges_m
+        .iter()
+        .enumerate()
+        .filter_map(|(number, range_m)| Some((number, sort_beam(*range_m, &scan.as_scan(), limits, &mut tally)?)));
+    (sorted.collect(), tally)
+}
+
 /// The labelled points that a scan is under these settings.
 pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPlace> {
-    let (mut points, mut tally) = (Vec::new(), BeamTally::default());
+    let mut points = Vec::new();
     let rule = settings.model().expect("usable settings").beam;
     let pose = scan.map_from_sensor;
-    for (number, range_m) in scan.ranges_m.iter().enumerate() {
-        let Some(end) = sort_beam(*range_m, &scan.as_scan(), &settings.limits, &mut tally) else { continue };
+    for (number, end) in read(scan, &settings.limits).0 {
         let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
         let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
         rule.observe(&beam, &mut |point| {

@@ -1,0 +1,11 @@
+//! What a small wrong change in the core would break unseen: each part against an oracle that is not the core.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bias;
+mod conditioning;
+mod eviction;
+mod kept_pass;
+mod readings;
+mod uncertain_pose;
