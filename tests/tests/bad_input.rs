@@ -12,6 +12,7 @@ use bhm_core::{
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
+use common::posterior_bits;
 
 type Map = OwnedMapper<144, 40>;
 
@@ -25,9 +26,7 @@ fn state(map: &Map) -> (u64, u64, Vec<u32>) {
     for tile in map.mapper().tiles().iter() {
         bits.extend(tile.index.map(|i| i as u32));
         bits.extend([tile.updates as u32, tile.touched_at as u32]);
-        let posterior = &tile.posterior;
-        let numbers = posterior.information.as_flattened().iter().chain(posterior.covariance.as_flattened());
-        bits.extend(numbers.chain(&posterior.mean).chain(&posterior.log_determinant).map(|value| value.to_bits()));
+        bits.extend(posterior_bits(&tile.posterior));
     }
     (map.mapper().scans(), map.mapper().newest_stamp_ns(), bits)
 }

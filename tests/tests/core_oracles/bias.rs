@@ -173,14 +173,26 @@ fn gradients_with_a_bias_are_the_functions() {
             // depends with a slope of 3/h: 1e-6 of the largest terms.
             let mean_scale = 36.0 * (largest + bias);
             assert!((f64::from(got.occupancy.mean) - exact.mean).abs() <= 1e-6 * mean_scale, "{got:?} for {exact:?}");
-            let variance_scale = 100.0;
-            for (axis, [_, mean, variance]) in oracle.differences(&at.map(f64::from), STEP_M).into_iter().enumerate() {
+            // The largest variance there is, the prior's.
+            let variance_scale = 36.0 * (1.0 / f64::from(profile.settings.prior_precision));
+            let off = (f64::from(got.occupancy.variance) - exact.variance).abs();
+            assert!(off <= 1e-6 * variance_scale, "at {at:?}: {got:?} for {exact:?}");
+            for (axis, [probability, mean, variance]) in
+                oracle.differences(&at.map(f64::from), STEP_M).into_iter().enumerate()
+            {
                 let slope_per_m = 3.0 / f64::from(profile.settings.spacing_m);
                 let off = [f64::from(got.mean[axis]) - mean, f64::from(got.variance[axis]) - variance].map(f64::abs);
-                let allowed = [mean_scale, variance_scale * 36.0].map(|scale| 1e-6 * slope_per_m * scale);
+                let allowed = [mean_scale, variance_scale].map(|scale| 1e-6 * slope_per_m * scale);
                 for part in 0..2 {
                     worst[part] = worst[part].max(off[part] / allowed[part]);
                 }
+                // p = σ(κm), of which σ′ ≤ ¼ and κ ≤ 1: as right as the mean's slope, and as right as the variance's times
+                // (π/16) κ³ m.
+                let kappa = (1.0 + std::f64::consts::PI / 8.0 * exact.variance).sqrt().recip();
+                let narrowing = std::f64::consts::PI / 16.0 * kappa.powi(3) * exact.mean.abs();
+                let allowed = allowed[0] + narrowing * allowed[1] + 1e-5;
+                let off = (f64::from(got.probability[axis]) - probability).abs();
+                assert!(off <= allowed, "at {at:?}: {} for {probability}", got.probability[axis]);
             }
         }
         println!("{}: bias {bias:.2}, weights {largest:.2}, worst {worst:?} of what is allowed", kernel.name());

@@ -1,6 +1,6 @@
 //! Which tiles are in the store after each scan, against a list that is searched from end to end.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use bhm_core::{
     geometry::Point,
@@ -9,7 +9,7 @@ use bhm_core::{
 };
 use bhm_host::map::OwnedMapper;
 
-use crate::common::Stream;
+use crate::common::{Stream, posterior_bits};
 
 type Index = [i32; 2];
 
@@ -34,12 +34,14 @@ struct Model {
     /// Which, and the scan that touched it last.
     resident: Vec<(Index, u64)>,
     archived: BTreeSet<Index>,
+    updates: BTreeMap<Index, u64>,
     evicted: u32,
     restored: u32,
 }
 
 impl Model {
     fn touch(&mut self, index: Index, scan: u64) {
+        *self.updates.entry(index).or_default() += 1;
         self.resident.sort_unstable();
         if let Some(tile) = self.resident.iter_mut().find(|tile| tile.0 == index) {
             tile.1 = scan;
@@ -85,6 +87,10 @@ fn the_least_recently_touched_tile_leaves() {
             }
             evicted += report.tiles_evicted;
             restored += report.tiles_restored;
+            // Every touch is an update, and a tile keeps its count wherever it is.
+            for tile in map.all_tiles() {
+                assert_eq!(tile.updates, model.updates[&tile.index], "{slots} slots, scan {scan}: {:?}", tile.index);
+            }
             let got: Vec<_> = map.mapper().tiles().iter().map(|tile| (tile.index, tile.touched_at)).collect();
             model.resident.sort_unstable();
             assert_eq!(got, model.resident, "{slots} slots, scan {scan}");
@@ -93,5 +99,26 @@ fn the_least_recently_touched_tile_leaves() {
         }
         assert_eq!((evicted, restored), (model.evicted, model.restored), "{slots} slots");
         assert!(restored > 100, "{slots} slots: only {restored} tiles came back");
+    }
+}
+
+/// Learned in a store of a few slots and in one that evicts nothing, tile by tile the same.
+#[test]
+fn a_tile_in_a_used_slot_knows_nothing_of_the_tile_before() {
+    let learn = |slots: usize| {
+        let profile = Profile { capacities: Capacities { tiles: slots, ..COMPACT.capacities }, ..COMPACT };
+        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut stream = Stream::new(47);
+        for _ in 0..60 {
+            let at = [0, 1].map(|_| stream.between(-12.0, 12.0) as f32);
+            map.integrate_points(&[Point::from(at)], &[at[0] > 0.0]).unwrap();
+        }
+        let tiles = map.all_tiles();
+        tiles.iter().map(|tile| (tile.index, tile.updates, posterior_bits(&tile.posterior))).collect::<Vec<_>>()
+    };
+    let large = learn(64);
+    assert!(large.len() > 20, "{}", large.len());
+    for slots in [1, 4] {
+        assert!(learn(slots) == large, "{slots} slots");
     }
 }

@@ -77,6 +77,16 @@ impl Run {
         self.says(says);
     }
 
+    /// The words of the table's only line that begins with these, those behind them.
+    #[track_caller]
+    pub(crate) fn cells(&self, beginning: &str) -> Vec<&str> {
+        let beginning: Vec<_> = beginning.split_whitespace().collect();
+        let lines = self.stdout.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let found: Vec<_> = lines.filter(|words| words.starts_with(&beginning)).collect();
+        assert_eq!(found.len(), 1, "lines that begin with {beginning:?} in:\n{}", self.stdout);
+        found[0][beginning.len()..].to_vec()
+    }
+
     #[track_caller]
     fn says(&self, says: &[&str]) {
         for part in says {
