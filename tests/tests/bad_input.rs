@@ -4,7 +4,7 @@ mod common;
 
 use bhm_core::{
     beam::{BeamLimits, BeamTally},
-    geometry::{Point, Pose},
+    geometry::{Point, Pose, PoseCovariance},
     lattice::MAX_NODE,
     mapper::ScanRejected,
     profile::{COMPACT, Capacities, Profile},
@@ -140,6 +140,13 @@ fn what_is_rejected_leaves_no_trace() {
         let scan = limits(min_m, max_m);
         let expected = ScanRejected::RangeLimits { min_m, max_m };
         assert!(format!("{:?}", map.integrate(&scan.as_scan())) == format!("{:?}", Err::<(), _>(expected)), "{scan:?}");
+    }
+    for covariance in [
+        PoseCovariance { xx_m2: -1e-6, ..PoseCovariance::independent(0.1, 0.01) },
+        PoseCovariance { theta_rad2: nan, ..PoseCovariance::independent(0.1, 0.01) },
+        PoseCovariance { xy_m2: 0.02, ..PoseCovariance::independent(0.1, 0.01) },
+    ] {
+        rejected.push((with(&|scan| scan.pose_covariance = Some(covariance)), ScanRejected::PoseCovariance));
     }
     for stamp_ns in [0, 1, 99] {
         rejected.push((good(stamp_ns), ScanRejected::StampWentBack { stamp_ns, newest_ns: 100 }));

@@ -11,11 +11,11 @@ use bhm_host::map::OwnedMapper;
 
 use crate::common::{Stream, posterior_bits};
 
-type Index = [i32; 2];
+pub(crate) type Index = [i32; 2];
 
 /// The tiles that hold the whole stencil of a place, from what a tiling is documented to be: tile `t` holds the nodes
 /// `t·stride … t·stride + width − 1`, and a place sees `stencil` nodes a side, half of them below it.
-fn holding(settings: &Settings, at: [f32; 2]) -> BTreeSet<Index> {
+pub(crate) fn holding(settings: &Settings, at: [f32; 2]) -> BTreeSet<Index> {
     let stencil = settings.stencil as i64;
     let holds = |axis: usize, tile: i32| {
         let cell = (f64::from(at[axis]) / f64::from(settings.spacing_m)).floor() as i64;

@@ -5,7 +5,10 @@ mod common;
 
 mod bias;
 mod conditioning;
+mod counts;
 mod eviction;
 mod kept_pass;
 mod readings;
+mod rectangles;
+mod settings;
 mod uncertain_pose;
