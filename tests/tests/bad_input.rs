@@ -4,7 +4,7 @@ mod common;
 
 use bhm_core::{
     beam::{BeamLimits, BeamTally},
-    geometry::{Point, Pose},
+    geometry::{Point, Pose, PoseCovariance},
     lattice::MAX_NODE,
     profile::{COMPACT, Capacities, Profile},
     scan::ScanRejected,
@@ -12,6 +12,7 @@ use bhm_core::{
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
+use common::posterior_bits;
 
 type Map = OwnedMapper<144, 40>;
 
@@ -25,9 +26,7 @@ fn state(map: &Map) -> (u64, u64, Vec<u32>) {
     for tile in map.mapper().tiles().iter() {
         bits.extend(tile.index.map(|i| i as u32));
         bits.extend([tile.updates as u32, tile.touched_at as u32]);
-        let posterior = &tile.posterior;
-        let numbers = posterior.information.as_flattened().iter().chain(posterior.covariance.as_flattened());
-        bits.extend(numbers.chain(&posterior.mean).chain(&posterior.log_determinant).map(|value| value.to_bits()));
+        bits.extend(posterior_bits(&tile.posterior));
     }
     (map.mapper().scans(), map.mapper().newest_stamp_ns(), bits)
 }
@@ -143,6 +142,13 @@ fn what_is_rejected_leaves_no_trace() {
         let scan = limits(min_m, max_m);
         let expected = ScanRejected::RangeLimits { min_m, max_m };
         assert!(format!("{:?}", map.integrate(&scan.as_scan())) == format!("{:?}", Err::<(), _>(expected)), "{scan:?}");
+    }
+    for covariance in [
+        PoseCovariance { xx_m2: -1e-6, ..PoseCovariance::independent(0.1, 0.01) },
+        PoseCovariance { theta_rad2: nan, ..PoseCovariance::independent(0.1, 0.01) },
+        PoseCovariance { xy_m2: 0.02, ..PoseCovariance::independent(0.1, 0.01) },
+    ] {
+        rejected.push((with(&|scan| scan.pose_covariance = Some(covariance)), ScanRejected::PoseCovariance));
     }
     for stamp_ns in [0, 1, 99] {
         rejected.push((good(stamp_ns), ScanRejected::StampWentBack { stamp_ns, newest_ns: 100 }));

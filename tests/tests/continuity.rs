@@ -8,7 +8,7 @@ use bhm_core::{
     reference::TileBlend,
 };
 use bhm_host::map::OwnedMapper;
-use common::{Stream, intel_scans, points_of};
+use common::{Drive, Stream, drives, points_of};
 
 type Map = OwnedMapper<144, 40>;
 
@@ -20,14 +20,13 @@ struct Learned {
     indices: Vec<[i32; 2]>,
 }
 
-/// Every eighth scan of the log; every tile of it stays in the store.
-fn learned(profile: &Profile) -> Option<Learned> {
-    let scans = intel_scans()?;
+/// Every eighth scan of a drive; every tile of it stays in the store.
+fn learned(profile: &Profile, drive: &Drive) -> Learned {
     let profile =
         Profile { capacities: Capacities { tiles: 1_024, points: 32_768, rows: 32_768, touched: 1_024 }, ..*profile };
     let mut map = Map::new(&profile).unwrap();
     let mut observed = Vec::new();
-    for scan in scans.iter().step_by(8) {
+    for scan in drive.scans.iter().step_by(8) {
         let report = map.integrate(&scan.as_scan()).unwrap();
         assert_eq!(report.tiles_failed + report.tiles_evicted, 0);
         observed
@@ -39,7 +38,7 @@ fn learned(profile: &Profile) -> Option<Learned> {
         oracle.insert_view(tile.index, &tile.posterior.view());
         indices.push(tile.index);
     }
-    Some(Learned { map, oracle, observed, indices })
+    Learned { map, oracle, observed, indices }
 }
 
 impl Learned {
@@ -143,9 +142,12 @@ fn gradient_is_the_functions(learned: &Learned, what: &str) {
 }
 
 fn one_continuous_function(profile: &Profile) {
-    let Some(learned) = learned(profile) else { return };
-    no_jump(&learned, profile.name);
-    gradient_is_the_functions(&learned, profile.name);
+    for drive in drives() {
+        let learned = learned(profile, &drive);
+        let what = format!("{}, {}", profile.name, drive.name);
+        no_jump(&learned, &what);
+        gradient_is_the_functions(&learned, &what);
+    }
 }
 
 #[test]

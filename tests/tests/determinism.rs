@@ -6,46 +6,19 @@ use std::collections::BTreeMap;
 
 use bhm_core::{
     geometry::Point,
-    posterior::Posterior,
     profile::{COMPACT, Capacities, Profile},
     rule::AnyRule,
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
-use common::{Stream, intel_scans};
+use common::{Stream, drives, posterior_bits};
 
 type Map = OwnedMapper<144, 40>;
-
-/// Every number of a posterior, as its bits.
-fn bits(posterior: &Posterior<144, 40>) -> Vec<u32> {
-    let Posterior {
-        information,
-        covariance,
-        mean,
-        border_information,
-        border_covariance,
-        bias_information,
-        bias_covariance,
-        bias_mean,
-        log_determinant,
-    } = posterior;
-    information
-        .as_flattened()
-        .iter()
-        .chain(covariance.as_flattened())
-        .chain(mean)
-        .chain(border_information)
-        .chain(border_covariance)
-        .chain([bias_information, bias_covariance, bias_mean])
-        .chain(log_determinant)
-        .map(|value| value.to_bits())
-        .collect()
-}
 
 /// Index → updates, last touch, and bits, of every tile in store and archive.
 fn tiles(map: &Map) -> BTreeMap<[i32; 2], (u64, u64, Vec<u32>)> {
     let all = map.mapper().tiles().iter().chain(map.archive().iter());
-    all.map(|tile| (tile.index, (tile.updates, tile.touched_at, bits(&tile.posterior)))).collect()
+    all.map(|tile| (tile.index, (tile.updates, tile.touched_at, posterior_bits(&tile.posterior)))).collect()
 }
 
 fn profile(tiles: usize, settings: Settings) -> Profile {
@@ -77,31 +50,35 @@ fn variants() -> impl Iterator<Item = Settings> {
 
 #[test]
 fn twice_the_same() {
-    let Some(scans) = intel_scans() else { return };
-    for settings in variants() {
-        let profile = profile(256, settings);
-        let (one, other) = (learn(&profile, &scans[..60]).0, learn(&profile, &scans[..60]).0);
-        assert!(tiles(&one).len() > 20);
-        assert!(tiles(&one) == tiles(&other), "{settings:?}");
+    for drive in drives() {
+        for settings in variants() {
+            let profile = profile(256, settings);
+            let (one, other) = (learn(&profile, &drive.scans[..60]).0, learn(&profile, &drive.scans[..60]).0);
+            assert!(tiles(&one).len() > 20, "{}", drive.name);
+            assert!(tiles(&one) == tiles(&other), "{}: {settings:?}", drive.name);
+        }
     }
 }
 
 #[test]
 fn a_small_store_with_an_archive_is_a_large_store() {
-    let Some(scans) = intel_scans() else { return };
-    for settings in variants() {
-        let scans: Vec<_> = scans.iter().step_by(9).cloned().collect();
-        let (large, evicted) = learn(&profile(512, settings), &scans);
-        assert_eq!(evicted, 0, "the large store must be large");
-        let exact = tiles(&large);
-        for slots in [1, 5, 40] {
-            let (small, evicted) = learn(&profile(slots, settings), &scans);
-            assert!(evicted > 100, "only {evicted} tiles left a store of {slots}");
-            assert!(tiles(&small) == exact, "{slots} slots, {settings:?}");
-            let mut stream = Stream::new(3);
-            for _ in 0..500 {
-                let at = Point::<2>::new(stream.between(-20.0, 25.0) as f32, stream.between(-25.0, 12.0) as f32);
-                assert_eq!(small.view().occupancy(&at), large.view().occupancy(&at));
+    for drive in drives() {
+        // A hundred scans of the drive.
+        let apart = drive.scans.len() / 100;
+        let scans: Vec<_> = drive.scans.into_iter().step_by(apart).collect();
+        for settings in variants() {
+            let (large, evicted) = learn(&profile(512, settings), &scans);
+            assert_eq!(evicted, 0, "the large store must be large");
+            let exact = tiles(&large);
+            for slots in [1, 5, 20] {
+                let (small, evicted) = learn(&profile(slots, settings), &scans);
+                assert!(evicted > 100, "{}: only {evicted} tiles left a store of {slots}", drive.name);
+                assert!(tiles(&small) == exact, "{}: {slots} slots, {settings:?}", drive.name);
+                let mut stream = Stream::new(3);
+                for _ in 0..500 {
+                    let at = Point::<2>::new(stream.between(-20.0, 25.0) as f32, stream.between(-25.0, 12.0) as f32);
+                    assert_eq!(small.view().occupancy(&at), large.view().occupancy(&at));
+                }
             }
         }
     }

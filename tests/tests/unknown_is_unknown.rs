@@ -10,7 +10,7 @@ use bhm_core::{
     settings::Settings,
 };
 use bhm_host::map::OwnedMapper;
-use common::{Stream, intel_scans, points_of};
+use common::{Stream, drives, points_of};
 
 /// The specification.
 const SPACINGS: f32 = 6.0;
@@ -52,7 +52,7 @@ fn check<const M: usize, const B: usize>(profile: &Profile, batches: &[Vec<([f32
     let mut stream = Stream::new(5);
     let apart_m = SPACINGS * settings.spacing_m;
     let mut seen = Seen { probabilities: [1.0, 0.0], least_variance: f32::INFINITY, inside_touched: 0, elsewhere: 0 };
-    for _ in 0..6_000 {
+    for _ in 0..12_000 {
         let near = observed[stream.below(observed.len())];
         let reach = [5.0, 10.0, 30.0][stream.below(3)];
         let at = near.map(|x| x + (stream.between(-1.0, 1.0) * reach) as f32);
@@ -93,13 +93,16 @@ fn every_kernel(bias: bool, batches: impl Fn(&Settings) -> Vec<Vec<([f32; 2], bo
     check::<196, 76>(&exponential, &batches(&exponential.settings), &what);
 }
 
-fn recorded(bias: bool) {
-    let Some(scans) = intel_scans() else { return };
-    let batches = |settings: &Settings| {
-        let batch = |scan| points_of(scan, settings).iter().map(|p| (p.place.middle_m().into(), p.occupied)).collect();
-        scans.iter().step_by(30).map(batch).collect()
-    };
-    every_kernel(bias, batches, "recorded");
+/// Thirty scans of a drive.
+fn driven(bias: bool) {
+    for drive in drives() {
+        let batches = |settings: &Settings| {
+            let batch =
+                |scan| points_of(scan, settings).iter().map(|p| (p.place.middle_m().into(), p.occupied)).collect();
+            drive.scans.iter().step_by(drive.scans.len() / 30).map(batch).collect()
+        };
+        every_kernel(bias, batches, drive.name);
+    }
 }
 
 /// A few places, each told the same thing two hundred times over: what is certain here must not leak there.
@@ -126,8 +129,8 @@ fn all_free(bias: bool) {
 }
 
 #[test]
-fn around_a_recorded_log() {
-    recorded(false);
+fn around_a_drive() {
+    driven(false);
 }
 
 #[test]
@@ -141,8 +144,8 @@ fn where_everything_seen_was_free() {
 }
 
 #[test]
-fn around_a_recorded_log_with_a_bias() {
-    recorded(true);
+fn around_a_drive_with_a_bias() {
+    driven(true);
 }
 
 #[test]

@@ -1,50 +1,46 @@
-//! What several of these tests need: the recorded logs, posteriors to work on, the oracle's view of the core's numbers.
+//! What several of these tests need: simulated and recorded drives, posteriors to work on, the oracle's view of the core's numbers.
 #![allow(dead_code, unused_imports, reason = "each test file is a program of its own and uses a part of this")]
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
 
+mod bordered;
+mod drive;
+mod inverse;
 mod stream;
 
-use std::path::PathBuf;
-
 use bhm_core::{
-    beam::{Beam, BeamTally, LabelledPlace, sort_beam},
+    beam::{Beam, BeamEnd, BeamLimits, BeamTally, LabelledPlace, sort_beam},
     em::{self, UpdateReport},
     posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowState, Rows, Scratch},
     reference::{DensePosterior, Matrix, Observation, Safeguard},
     rule::AnyRule,
     settings::Settings,
 };
-use bhm_host::{
-    ScanRecord,
-    dataset::{self, ReadOptions},
-};
+use bhm_host::ScanRecord;
+pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior, entries};
+pub use drive::{Drive, drives};
+pub use inverse::Inverse;
 pub use stream::Stream;
 
 /// How far a pass may lower the bound, as the core's `em` module states it: `1e-3 + 1e-5·|L|`.
 pub const SAFEGUARD: Safeguard = Safeguard { absolute: 1e-3, relative: 1e-5 };
 
-/// The scans of the Intel Research Lab log, from the directory in `BHM_DATA` or from `shared/data` beside the workspace.
-///
-/// `None` where it is absent, which is said on standard error; in CI (`CI` set) absence fails the test instead.
-pub fn intel_scans() -> Option<Vec<ScanRecord>> {
-    let directory = std::env::var_os("BHM_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = directory.join("intel-corrected.log.gz");
-    if !path.is_file() {
-        assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
-        eprintln!("skipped: {} is absent; set BHM_DATA to the recorded logs", path.display());
-        return None;
-    }
-    Some(dataset::read_log(&path, &ReadOptions::default()).expect("a readable log").scans)
+/// What a scan's readings mean under these limits, beam by beam, and what became of each.
+pub fn read(scan: &ScanRecord, limits: &BeamLimits) -> (Vec<(usize, BeamEnd)>, BeamTally) {
+    let mut tally = BeamTally::default();
+    let sorted = scan
+        .ranges_m
+        .iter()
+        .enumerate()
+        .filter_map(|(number, range_m)| Some((number, sort_beam(*range_m, &scan.as_scan(), limits, &mut tally)?)));
+    (sorted.collect(), tally)
 }
 
 /// The labelled points that a scan is under these settings.
 pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPlace> {
-    let (mut points, mut tally) = (Vec::new(), BeamTally::default());
+    let mut points = Vec::new();
     let rule = settings.model().expect("usable settings").beam;
     let pose = scan.map_from_sensor;
-    for (number, range_m) in scan.ranges_m.iter().enumerate() {
-        let Some(end) = sort_beam(*range_m, &scan.as_scan(), &settings.limits, &mut tally) else { continue };
+    for (number, end) in read(scan, &settings.limits).0 {
         let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
         let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
         rule.observe(&beam, &mut |point| {
@@ -53,6 +49,32 @@ pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPlace> {
         });
     }
     points
+}
+
+/// Every number of a posterior, as its bits. Taken apart whole, so that a field added to it fails to compile here.
+pub fn posterior_bits<const M: usize, const B: usize>(posterior: &Posterior<M, B>) -> Vec<u32> {
+    let Posterior {
+        information,
+        covariance,
+        mean,
+        border_information,
+        border_covariance,
+        bias_information,
+        bias_covariance,
+        bias_mean,
+        log_determinant,
+    } = posterior;
+    information
+        .as_flattened()
+        .iter()
+        .chain(covariance.as_flattened())
+        .chain(mean)
+        .chain(border_information)
+        .chain(border_covariance)
+        .chain([bias_information, bias_covariance, bias_mean])
+        .chain(log_determinant)
+        .map(|value| value.to_bits())
+        .collect()
 }
 
 /// A posterior and everything needed to update it.

@@ -8,10 +8,18 @@ fn number(value: &Value, name: &str) -> f64 {
     value[name].as_f64().unwrap_or_else(|| panic!("{name} of {value}"))
 }
 
-/// A line that says all of this.
-fn line<'a>(run: &'a Run, words: &[&str]) -> &'a str {
-    let found = run.stdout.lines().find(|line| words.iter().all(|word| line.contains(word)));
-    found.unwrap_or_else(|| panic!("{words:?} is not in:\n{}", run.stdout))
+/// The line of each contestant says what its object does, cell by cell, and these further cells; the best NLL is marked.
+fn says_the_same(run: &Run, contestants: &Value, further: impl Fn(&Value) -> Vec<String>) {
+    let contestants = contestants.as_array().unwrap();
+    let best = contestants.iter().map(|one| number(one, "nll")).fold(f64::INFINITY, f64::min);
+    for one in contestants {
+        let mut expected: Vec<String> = ["auc", "nll", "ece"].map(|name| format!("{:.5}", number(one, name))).to_vec();
+        expected.extend(["rows", "passes", "stencil", "tiles"].map(|name| one[name].to_string()));
+        expected.extend(further(one));
+        expected.push(format!("{:.2}", number(one, "instructions_per_scan") / 1e6));
+        expected.extend((number(one, "nll") == best).then(|| "best".to_owned()));
+        assert_eq!(run.cells(one["name"].as_str().unwrap()), expected, "{one}");
+    }
 }
 
 #[test]
@@ -31,22 +39,42 @@ fn segments_meet_points_of_equal_cost() {
         assert!((cost - 1.0).abs() < 0.1, "{found}");
         assert!(segments["free_spacing_m"].is_null() && rows["segment_length"].is_null());
     }
-    let run = bench.bhm("experiment segments room.log --every 4 --lengths 2 --profile compact");
+    let arguments = "experiment segments room.log --every 4 --lengths 2 --profile compact";
+    let (run, found) = (bench.bhm(arguments), bench.json(arguments));
     run.succeeds(&[]);
-    line(&run, &["segments of 2", " - "]);
+    says_the_same(&run, &found, |one| {
+        vec![one["free_spacing_m"].as_f64().map_or("-".to_owned(), |spacing_m| format!("{spacing_m:.3}"))]
+    });
+    assert_eq!(run.cells("segments of 2")[7], "-", "segments have no spacing: {}", run.stdout);
 }
 
 #[test]
 fn kernels_are_compared_and_those_that_do_not_fit_are_named() {
     let bench = Bench::new();
     bench.write("room.log", room());
-    let run =
-        bench.bhm("experiment kernels room.log --every 4 --profile compact --shapes 0.6,9 --two-scales-shapes 0.3");
+    let arguments = "experiment kernels room.log --every 4 --profile compact --shapes 0.6,9 --two-scales-shapes 0.3";
+    let (run, found) = (bench.bhm(arguments), bench.json(arguments));
     run.succeeds(&[]);
-    assert!(line(&run, &["cubic-b-spline"]).contains(" 4 "), "its stencil");
-    assert!(line(&run, &["squared-exponential 0.6"]).contains(" 6 "), "its stencil");
-    line(&run, &["two-scales 0.3"]);
-    line(&run, &["refused: squared-exponential 9: a feature is still"]);
+    says_the_same(&run, &found["contestants"], |_| Vec::new());
+    // The narrowest of the stencils 4, 6 and 8 that cuts off less than 1e-4: the spline ends in the first, exp(−3²/0.6) is
+    // 3e-7 where exp(−2²/0.6) is 1e-3, and ½ exp(−4²/1.2) is 8e-7 where ½ exp(−3²/1.2) is 3e-4.
+    let contestants = found["contestants"].as_array().unwrap();
+    let stencils: Vec<_> =
+        contestants.iter().map(|one| (one["name"].as_str().unwrap(), one["stencil"].as_u64().unwrap())).collect();
+    assert_eq!(stencils, [("cubic-b-spline", 4), ("squared-exponential 0.6", 6), ("two-scales 0.3", 8)]);
+    // Each learns and is asked the same.
+    for one in contestants {
+        assert_eq!(
+            (&one["observations"], &one["points"]),
+            (&contestants[0]["observations"], &contestants[0]["points"])
+        );
+    }
+    let [refused] = found["refused"].as_array().unwrap().as_slice() else { panic!("one is refused: {found}") };
+    let refused = refused.as_str().unwrap();
+    assert!(run.stdout.lines().any(|line| line == format!("refused: {refused}")), "{}", run.stdout);
+    let cut_off = refused.strip_prefix("squared-exponential 9: a feature is still ").expect(refused);
+    let cut_off: f64 = cut_off.split_once(" where a stencil of 8 ends").expect(refused).0.parse().unwrap();
+    assert!((cut_off - (-16.0_f64 / 9.0).exp()).abs() < 1e-6, "{refused}");
 }
 
 #[test]

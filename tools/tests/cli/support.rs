@@ -5,6 +5,8 @@ use std::{
     process::{Command, Output},
 };
 
+use bhm_core::geometry::Pose;
+use bhm_host::{ScanRecord, sim::Scene};
 use serde_json::Value;
 
 /// A folder of its own for a test, and the binary run in it.
@@ -77,6 +79,16 @@ impl Run {
         self.says(says);
     }
 
+    /// The words of the table's only line that begins with these, those behind them.
+    #[track_caller]
+    pub(crate) fn cells(&self, beginning: &str) -> Vec<&str> {
+        let beginning: Vec<_> = beginning.split_whitespace().collect();
+        let lines = self.stdout.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let found: Vec<_> = lines.filter(|words| words.starts_with(&beginning)).collect();
+        assert_eq!(found.len(), 1, "lines that begin with {beginning:?} in:\n{}", self.stdout);
+        found[0][beginning.len()..].to_vec()
+    }
+
     #[track_caller]
     fn says(&self, says: &[&str]) {
         for part in says {
@@ -103,6 +115,31 @@ pub(crate) fn line(ranges: &[String], x: f32, stamp: &str) -> String {
 /// A log of a robot that drives two metres through the room.
 pub(crate) fn room() -> String {
     (0..20).map(|i| scan(-1.0 + 0.1 * i as f32, &format!("{}.5", 100 + i))).collect()
+}
+
+/// The logs that a robot's whole way is tested on: every eighth scan of the simulated building, written into the bench's
+/// folder, always, and the recorded one where it is.
+pub(crate) fn logs(bench: &Bench) -> Vec<PathBuf> {
+    let scans = Scene::named("building").unwrap().simulate(7).step_by(8);
+    let log: String = scans.map(|scan| robot_laser(&scan)).collect();
+    bench.write("building.log", log);
+    let mut logs = vec![bench.path("building.log")];
+    logs.extend(recorded("intel-corrected.log.gz").map(|log| log.canonicalize().unwrap()));
+    logs
+}
+
+/// A scan as a `ROBOTLASER1` line; a missing return is the sensor's maximum.
+fn robot_laser(scan: &ScanRecord) -> String {
+    let ScanRecord { stamp_ns, map_from_sensor: Pose { x_m, y_m, theta_rad }, angle_min_rad, .. } = scan;
+    let ScanRecord { angle_increment_rad, range_max_m, ranges_m, .. } = scan;
+    let ranges: Vec<_> = ranges_m.iter().map(|range_m| format!("{:.3}", range_m.min(*range_max_m))).collect();
+    let (beams, stamp_s) = (ranges.len(), *stamp_ns as f64 * 1e-9);
+    let field_of_view_rad = angle_increment_rad * beams as f32;
+    let (ranges, pose) = (ranges.join(" "), format!("{x_m} {y_m} {theta_rad}"));
+    format!(
+        "ROBOTLASER1 0 {angle_min_rad} {field_of_view_rad} {angle_increment_rad} {range_max_m} 0.01 0 {beams} {ranges} 0 \
+         {pose} {pose} 0 0 0 0 0 {stamp_s} host {stamp_s}\n"
+    )
 }
 
 pub(crate) fn gzip(bytes: &[u8]) -> Vec<u8> {

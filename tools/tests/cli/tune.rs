@@ -54,16 +54,46 @@ fn what_cannot_be_used_is_listed_and_does_not_win() {
     bench.write("room.log", room());
     let arguments = "tune room.log -o t.toml --profile compact --kernel squared-exponential --every 2 --search grid";
     // 4 is cut off too early by a stencil of 8, and half of the spacing costs more than 1.2 times as much.
-    let run = bench.bhm(&format!("{arguments} --try-kernel-shape 0.6,4 --try-spacing 0.5,0.25 --max-cost 1.2"));
+    let grid = format!("{arguments} --try-kernel-shape 0.6,4 --try-spacing 0.5,0.25 --max-cost 1.2");
+    let run = bench.bhm(&grid);
     run.succeeds(&["10 scans; of 1800 beams with a return"]);
-    let line = |values: &str| {
-        let found =
-            run.stdout.lines().find(|line| line.split_whitespace().collect::<Vec<_>>().join(" ").contains(values));
-        found.unwrap_or_else(|| panic!("{values} is not in:\n{}", run.stdout)).trim_start()
+    let tuned = bench.json(&grid);
+    let candidate = |spacing: f64, shape: f64| {
+        let values = |one: &&Value| {
+            (&one["values"]["spacing"], &one["values"]["kernel-shape"]) == (&spacing.into(), &shape.into())
+        };
+        tuned["candidates"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(values)
+            .unwrap_or_else(|| panic!("{spacing}, {shape}: {tuned}"))
     };
-    assert!(line("0.5 4 refused: a feature is still 0.01").starts_with("0.5"));
-    assert!(line("0.25 0.6 0.").ends_with("over --max-cost"));
-    assert!(line("start, best 0.5 0.6 0.").starts_with("start, best"));
+    let refused = |shape: f64, spacing: f64| candidate(spacing, shape)["refused"].as_str().unwrap();
+    // exp(−4²/4), four spacings from a support.
+    let cut_off = refused(4.0, 0.5).strip_prefix("a feature is still ").unwrap().split_once(' ').unwrap().0;
+    assert!((cut_off.parse::<f64>().unwrap() - (-4.0_f64).exp()).abs() < 1e-6, "{cut_off}");
+    assert_eq!(run.cells("0.5 4").join(" "), format!("refused: {}", refused(4.0, 0.5)));
+    assert_eq!(run.cells("0.25 4").join(" "), format!("refused: {}", refused(4.0, 0.25)));
+    // What was learned, cell by cell, but for the time that it took.
+    for (beginning, spacing, remark) in
+        [("start, best 0.5 0.6", 0.5, None), ("0.25 0.6", 0.25, Some("over --max-cost"))]
+    {
+        let one = candidate(spacing, 0.6);
+        let score = |name: &str| scored(one, name).as_f64().unwrap();
+        let mut cells = run.cells(beginning);
+        cells.remove(4);
+        let mut expected: Vec<_> =
+            ["nll", "auc", "ece", "objective_per_row"].map(|name| format!("{:.5}", score(name))).to_vec();
+        expected.push(format!("{:.2}", one["cost"].as_f64().unwrap()));
+        expected.push(scored(one, "tiles").to_string());
+        assert_eq!(cells[..6], expected, "{beginning}");
+        // The memory, a number with its unit, then the remark.
+        assert_eq!(cells[8..].join(" "), remark.unwrap_or_default(), "{beginning}");
+    }
+    let cost = |spacing: f64| candidate(spacing, 0.6)["cost"].as_f64().unwrap();
+    assert!(cost(0.5) == 1.0 && cost(0.25) > 1.2, "{tuned}");
+    assert_eq!(tuned["best"], 0, "the start is the best of what may be used");
     assert!(run.stdout.contains("the start is the best"));
 
     let dear = bench.bhm(&format!("{arguments} --try-kernel-shape 4 --max-cost 0.5"));

@@ -37,7 +37,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 use super::process::{Process, eventually};
-use crate::support::{Bench, recorded};
+use crate::support::{Bench, logs};
 
 const SCANS: u64 = 60;
 
@@ -241,27 +241,29 @@ fn a_device_behind_a_bridge_is_the_onboard_process_to_everybody() {
 }
 
 #[test]
-fn a_recorded_log_through_the_line_is_the_map_made_on_this_computer() {
-    let Some(log) = recorded("intel-corrected.log.gz") else { return };
-    let log = log.canonicalize().unwrap();
-    let (bench, domain) = (Bench::new(), TemporaryDomain::new().unwrap());
-    let device = device(bench.path("line"), profile::COMPACT, None);
-    let bridge = Process::join(&bench, &domain, "bridge --port unix:line --until-end");
-    let watch = Process::join(&bench, &domain, "watch --until-end");
-    watch.reads(0);
-    Process::join(&bench, &domain, &format!("play {}", log.display())).ends().well();
-    let (bridged, watched, learned) = (bridge.ends().well(), watch.ends().well(), device.ends());
-    // The same tiles stay in a store of as many slots.
-    let mut map = OwnedMapper::<144, 40>::new(&profile::COMPACT).unwrap();
-    for scan in dataset::read_log(&log, &ReadOptions::default()).unwrap().scans {
-        map.integrate(&scan.as_scan()).unwrap();
+fn a_whole_log_through_the_line_is_the_map_made_on_this_computer() {
+    let bench = Bench::new();
+    for log in logs(&bench) {
+        let domain = TemporaryDomain::new().unwrap();
+        let device = device(bench.path("line"), profile::COMPACT, None);
+        let bridge = Process::join(&bench, &domain, "bridge --port unix:line --until-end");
+        let watch = Process::join(&bench, &domain, "watch --until-end");
+        watch.reads(0);
+        Process::join(&bench, &domain, &format!("play {}", log.display())).ends().well();
+        let (bridged, watched, learned) = (bridge.ends().well(), watch.ends().well(), device.ends());
+        // The same tiles stay in a store of as many slots.
+        let mut map = OwnedMapper::<144, 40>::new(&profile::COMPACT).unwrap();
+        for scan in dataset::read_log(&log, &ReadOptions::default()).unwrap().scans {
+            map.integrate(&scan.as_scan()).unwrap();
+        }
+        let tiles = map.mapper().tiles().iter();
+        let resident = posterior_digest(tiles.map(|tile| (tile.index, tile.posterior.view()))).to_string();
+        assert_eq!(learned, resident, "{}", log.display());
+        let shown = (&bridged["posterior"], &watched["watched"]["posterior"]);
+        assert_eq!(shown, (&learned.clone().into(), &learned.into()), "{}", log.display());
+        assert_eq!(count(&bridged, "integrated"), map.mapper().scans());
+        assert!(count(&bridged, "tiles_evicted") > 0 && count(&bridged, "tiles_restored") > 0, "{bridged}");
     }
-    let tiles = map.mapper().tiles().iter();
-    let resident = posterior_digest(tiles.map(|tile| (tile.index, tile.posterior.view()))).to_string();
-    assert_eq!(learned, resident);
-    assert_eq!((&bridged["posterior"], &watched["watched"]["posterior"]), (&learned.clone().into(), &learned.into()));
-    assert_eq!(count(&bridged, "integrated"), map.mapper().scans());
-    assert!(count(&bridged, "tiles_evicted") > 0 && count(&bridged, "tiles_restored") > 0, "{bridged}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 use super::process::{Process, catches_sigterm, eventually, is_running};
-use crate::support::{Bench, recorded};
+use crate::support::{Bench, logs};
 
 fn count(onboard: &Value, name: &str) -> u64 {
     onboard["counters"][name].as_u64().unwrap_or_else(|| panic!("no {name} in {onboard}"))
@@ -77,23 +77,24 @@ fn a_demo_is_three_processes_and_leaves_pictures_a_map_and_a_report() {
 
 #[test]
 fn a_replay_gives_the_map_that_is_built_offline_whatever_the_store_holds() {
-    let Some(log) = recorded("intel-corrected.log.gz") else { return };
     let bench = Bench::new();
-    let log = log.canonicalize().unwrap().display().to_string();
-    let built = bench.json(&format!("build {log} --profile compact -o built.bhm"));
-    let (scans, tiles) = (built["learned"]["scans"].as_u64().unwrap(), built["tiles"].as_u64().unwrap());
-    for slots in [tiles, tiles / 2] {
-        let report = bench.json(&format!("replay {log} --profile compact --slots {slots} -o out"));
-        nothing_was_lost(&report, scans);
-        assert_eq!(report["posterior"]["saved"], built["posterior"], "{slots} slots");
-        assert_eq!(bench.json("info out/map.bhm")["posterior"], built["posterior"], "{slots} slots");
-        let onboard = &report["onboard"];
-        assert_eq!(onboard["tiles_resident"], slots);
-        assert_eq!(onboard["tiles_archived"], tiles - slots);
-        if slots == tiles {
-            assert_eq!(report["posterior"]["shared"], built["posterior"]);
-        } else {
-            assert!(count(onboard, "tiles_evicted") > 0 && count(onboard, "tiles_restored") > 0);
+    for log in logs(&bench) {
+        let log = log.display().to_string();
+        let built = bench.json(&format!("build {log} --profile compact -o built.bhm"));
+        let (scans, tiles) = (built["learned"]["scans"].as_u64().unwrap(), built["tiles"].as_u64().unwrap());
+        for slots in [tiles, tiles / 2] {
+            let report = bench.json(&format!("replay {log} --profile compact --slots {slots} -o out"));
+            nothing_was_lost(&report, scans);
+            assert_eq!(report["posterior"]["saved"], built["posterior"], "{log}: {slots} slots");
+            assert_eq!(bench.json("info out/map.bhm")["posterior"], built["posterior"], "{log}: {slots} slots");
+            let onboard = &report["onboard"];
+            assert_eq!(onboard["tiles_resident"], slots);
+            assert_eq!(onboard["tiles_archived"], tiles - slots);
+            if slots == tiles {
+                assert_eq!(report["posterior"]["shared"], built["posterior"]);
+            } else {
+                assert!(count(onboard, "tiles_evicted") > 0 && count(onboard, "tiles_restored") > 0, "{log}");
+            }
         }
     }
 }

@@ -1,0 +1,84 @@
+//! A belief with a bias, on both sides: the core's band with a border, and the dense matrix with one weight more.
+
+use bhm_core::{
+    em::{self, UpdateReport},
+    posterior::{BiasPrior, Entry, NotPositiveDefinite, Prior, RowState, Rows},
+    reference::{DensePosterior, Matrix, Observation},
+    rule::AnyRule,
+};
+
+use super::{Learner, SparseRow};
+
+/// One observation with a bias feature.
+#[derive(Clone, Debug)]
+pub struct BorderedRow {
+    pub row: SparseRow,
+    pub bias: f32,
+}
+
+/// A prior with a bias of these precisions; the coupling stands between the bias and every weight.
+pub fn bordered_prior(precision: f32, bias_precision: f32, coupling: f32) -> Prior {
+    Prior { precision, bias: Some(BiasPrior { precision: bias_precision, coupling }) }
+}
+
+/// The same prior, dense, with the bias as the last weight: with `w′ = w + c·b` the form `λ Σ wᵢ² + λ_b b²` has `λ` on the
+/// diagonal, `−λc` between a weight and the bias, and `λ_b + M λ c²` in the corner.
+pub fn dense_bordered_prior<const M: usize>(precision: f32, bias_precision: f32, coupling: f32) -> DensePosterior {
+    let (precision, bias_precision, coupling) = (f64::from(precision), f64::from(bias_precision), f64::from(coupling));
+    let mut information = vec![vec![0.0; M + 1]; M + 1];
+    for i in 0..M {
+        information[i][i] = precision;
+        information[i][M] = -precision * coupling;
+        information[M][i] = -precision * coupling;
+    }
+    information[M][M] = bias_precision + M as f64 * precision * coupling * coupling;
+    DensePosterior::from_information(information, vec![0.0; M + 1]).expect("a prior")
+}
+
+/// Rows with every feature, the bias's last, for the oracle.
+pub fn bordered_observations<const M: usize>(rows: &[BorderedRow]) -> Vec<Observation> {
+    let observation = |row: &BorderedRow| {
+        let mut phi = vec![0.0; M + 1];
+        for (index, value) in &row.row.entries {
+            phi[*index as usize] = f64::from(*value);
+        }
+        phi[M] = f64::from(row.bias);
+        Observation { phi, occupied: row.row.occupied }
+    };
+    rows.iter().map(observation).collect()
+}
+
+/// A row's entries as the core takes them.
+pub fn entries(row: &SparseRow) -> Vec<Entry> {
+    row.entries.iter().map(|(index, value)| Entry { index: *index, value: *value }).collect()
+}
+
+impl<const M: usize, const B: usize> Learner<M, B> {
+    /// Learns rows with bias features that must all be acceptable.
+    pub fn update_bordered(
+        &mut self,
+        rows: &[BorderedRow],
+        rule: &AnyRule,
+        passes: u32,
+    ) -> Result<UpdateReport, NotPositiveDefinite> {
+        let mut room = vec![Entry::default(); rows.iter().map(|row| row.row.entries.len()).sum()];
+        let mut states = vec![RowState::default(); rows.len()];
+        let mut pushed = Rows::new(&mut room, &mut states);
+        for row in rows {
+            pushed.push::<M, B>(entries(&row.row), row.bias, row.row.occupied).expect("an acceptable row");
+        }
+        em::update(&mut self.posterior, &mut pushed, rule, passes, &mut self.scratch)
+    }
+
+    /// `Λ` with the bias as the last weight, in `f64`.
+    pub fn bordered_information(&self) -> Matrix {
+        let mut dense = self.information();
+        for (row, value) in dense.iter_mut().zip(&self.posterior.border_information) {
+            row.push(f64::from(*value));
+        }
+        let mut last: Vec<f64> = self.posterior.border_information.iter().copied().map(f64::from).collect();
+        last.push(f64::from(self.posterior.bias_information));
+        dense.push(last);
+        dense
+    }
+}

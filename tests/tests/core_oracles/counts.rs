@@ -1,0 +1,76 @@
+//! What becomes of each observation, against a count that looks at every tile.
+
+use std::collections::BTreeSet;
+
+use bhm_core::{
+    geometry::Point,
+    lattice::MAX_NODE,
+    mapper::PointTally,
+    profile::{COMPACT, Capacities, Profile},
+    settings::Settings,
+};
+use bhm_host::map::OwnedMapper;
+
+use crate::{
+    common::Stream,
+    eviction::{Index, holding},
+};
+
+#[test]
+fn every_observation_is_counted_as_what_became_of_it() {
+    let far_m = MAX_NODE as f32 * COMPACT.settings.spacing_m;
+    let mut all = PointTally::default();
+    for (touched, tile_count) in [(128, None), (128, Some([2, 3])), (3, None), (2, Some([2, 3]))] {
+        let settings = Settings { tile_count, ..COMPACT.settings };
+        let profile = Profile { settings, capacities: Capacities { touched, ..COMPACT.capacities }, ..COMPACT };
+        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut stream = Stream::new(31);
+        for _ in 0..40 {
+            let places: Vec<[f32; 2]> = (0..30)
+                .map(|_| match stream.below(12) {
+                    0 => [f32::NAN, 1.0],
+                    1 => [1.0, far_m],
+                    _ => [0, 1].map(|_| stream.between(-6.0, 14.0) as f32),
+                })
+                .collect();
+            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
+            let report = map.integrate_points(&points, &vec![true; points.len()]).unwrap();
+
+            let exists = |index: &Index| {
+                tile_count.is_none_or(|count| (0..2).all(|axis| (0..count[axis] as i32).contains(&index[axis])))
+            };
+            let (mut expected, mut rows) = (PointTally::default(), 0);
+            let mut list = BTreeSet::new();
+            let mut learned = Vec::new();
+            for at in &places {
+                if !at.iter().all(|x| x.abs() < far_m) {
+                    expected.unplaceable += 1;
+                    continue;
+                }
+                let tiles: Vec<_> = holding(&settings, *at).into_iter().filter(exists).collect();
+                let mut found = 0;
+                for tile in &tiles {
+                    if list.contains(tile) || list.len() < touched {
+                        list.insert(*tile);
+                        found += 1;
+                    }
+                }
+                expected.outside += u32::from(tiles.is_empty());
+                expected.over_capacity += u32::from(found < tiles.len());
+                expected.used += u32::from(found > 0);
+                learned.push(tiles);
+            }
+            // A tile that is on the list learns every observation that it holds, those before it came on it as well.
+            for tiles in &learned {
+                rows += tiles.iter().filter(|tile| list.contains(*tile)).count() as u32;
+            }
+            assert_eq!(report.points, expected, "{touched} tiles of {tile_count:?}: {report:?}");
+            assert_eq!((report.tiles_touched as usize, report.rows), (list.len(), rows));
+            assert!(map.all_tiles().iter().all(|tile| exists(&tile.index)));
+            all.outside += expected.outside;
+            all.over_capacity += expected.over_capacity;
+            all.unplaceable += expected.unplaceable;
+        }
+    }
+    assert!(all.outside > 100 && all.over_capacity > 100 && all.unplaceable > 100, "{all:?}");
+}

@@ -1,0 +1,14 @@
+//! What a small wrong change in the core would break unseen: each part against an oracle that is not the core.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bias;
+mod conditioning;
+mod counts;
+mod eviction;
+mod kept_pass;
+mod readings;
+mod rectangles;
+mod settings;
+mod uncertain_pose;
