@@ -248,7 +248,7 @@ fn a_backlog_is_published_now_and_then_and_a_pause_at_once() {
     let reports = onboard.link().seen.iter().filter(|seen| matches!(seen, Seen::Reported { .. })).count();
     assert_eq!(reports, 1 + 10 + 2, "one to begin with, one a scan, one for each later publication");
     let last = published(&onboard)[4];
-    assert_eq!(last.map_from_sensor, scan(10).map_from_sensor);
+    assert_eq!(last.map_from_sensor, scan(10).header.map_from_sensor);
 }
 
 #[test]

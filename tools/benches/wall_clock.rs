@@ -39,7 +39,7 @@ fn integrate(bencher: Bencher<'_, '_>, profile: &Profile) {
 fn query(bencher: Bencher<'_, '_>, what: &str) {
     let scans = scans();
     let map = learned(&profile::INDOOR, &scans);
-    let pose = scans[0].map_from_sensor.position();
+    let pose = scans[0].header.map_from_sensor.position();
     let mut turn = 0_u32;
     bencher.bench_local(|| {
         turn = turn.wrapping_add(1);

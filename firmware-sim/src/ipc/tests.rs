@@ -202,7 +202,7 @@ fn a_replay_is_learned_whole_and_the_map_is_the_one_made_offline() {
     assert_eq!((counters.received, counters.lost, counters.duplicates), (SCANS, 0, 0));
     assert!(counters.tiles_evicted > 0 && counters.tiles_restored > 0, "the store is too small for the corridor");
     assert_eq!((counters.tiles_lost, counters.publish_failed, summary.last_fault), (0, 0, None));
-    assert_eq!(summary.path[0], scan(1, SCANS).map_from_sensor);
+    assert_eq!(summary.path[0], scan(1, SCANS).header.map_from_sensor);
     assert!((32..=64).contains(&summary.path.len()));
 }
 

@@ -3,9 +3,10 @@
 use bhm_core::{
     beam::{BeamEnd, BeamLimits, BeamTally},
     geometry::{Point, Pose},
+    map::Occupancy,
     profile::{COMPACT, Profile},
+    scan::ScanHeader,
     settings::Settings,
-    tile::Occupancy,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
 
@@ -13,13 +14,15 @@ use crate::common::{Stream, points_of, read};
 
 fn scan(ranges_m: Vec<f32>) -> ScanRecord {
     ScanRecord {
-        stamp_ns: 1,
-        map_from_sensor: Pose::new(0.4, -0.3, 0.2),
-        pose_covariance: None,
-        angle_min_rad: -1.5,
-        angle_increment_rad: 0.02,
-        range_min_m: 0.1,
-        range_max_m: 12.0,
+        header: ScanHeader {
+            stamp_ns: 1,
+            map_from_sensor: Pose::new(0.4, -0.3, 0.2),
+            angle_min_rad: -1.5,
+            angle_increment_rad: 0.02,
+            range_min_m: 0.1,
+            range_max_m: 12.0,
+            ..ScanHeader::default()
+        },
         ranges_m,
     }
 }

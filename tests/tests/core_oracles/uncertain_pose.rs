@@ -6,6 +6,7 @@ use bhm_core::{
     kernel::KernelChoice,
     profile::{COMPACT, Capacities, Profile},
     reference::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule},
+    scan::ScanHeader,
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
@@ -80,13 +81,15 @@ fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> ScanR
     let distance = stream.between(5.0, 9.0);
     let sensor = [distance * side.cos(), distance * side.sin()];
     ScanRecord {
-        stamp_ns,
-        map_from_sensor: Pose::new(sensor[0] as f32, sensor[1] as f32, (side + std::f64::consts::PI) as f32),
-        pose_covariance: Some(covariance),
-        angle_min_rad: -0.2,
-        angle_increment_rad: 0.01,
-        range_min_m: 0.1,
-        range_max_m: 30.0,
+        header: ScanHeader {
+            stamp_ns,
+            map_from_sensor: Pose::new(sensor[0] as f32, sensor[1] as f32, (side + std::f64::consts::PI) as f32),
+            pose_covariance: Some(covariance),
+            angle_min_rad: -0.2,
+            angle_increment_rad: 0.01,
+            range_min_m: 0.1,
+            range_max_m: 30.0,
+        },
         ranges_m: (0..41).map(|_| (distance + stream.between(-0.3, 0.3)) as f32).collect(),
     }
 }

@@ -45,10 +45,10 @@ impl OnboardMap<144, 40> for Recorder {
 
 /// A scan to its last bit; its stamp, which tells scans apart here, first.
 fn bits(scan: &Scan<'_>) -> Vec<u32> {
-    let pose = scan.map_from_sensor;
-    let limits = [scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m];
+    let pose = scan.header.map_from_sensor;
+    let limits = [scan.header.angle_min_rad, scan.header.angle_increment_rad, scan.header.range_min_m, scan.header.range_max_m];
     let floats = [pose.x_m, pose.y_m, pose.theta_rad].into_iter().chain(limits).chain(scan.ranges_m.iter().copied());
-    [scan.stamp_ns as u32].into_iter().chain(floats.map(f32::to_bits)).collect()
+    [scan.header.stamp_ns as u32].into_iter().chain(floats.map(f32::to_bits)).collect()
 }
 
 type Device = Onboard<Recorder, SerialLink<'static, Line>, 144, 40>;
@@ -130,10 +130,10 @@ fn ten_thousand_frames_on_a_bad_line() {
                 header: ScanHeader {
                     stamp_ns: sequence,
                     map_from_sensor: scan.pose(),
-                    angle_min_rad: scan.angle_min_rad,
-                    angle_increment_rad: scan.angle_increment_rad,
-                    range_min_m: scan.range_min_m,
-                    range_max_m: scan.range_max_m,
+                    angle_min_rad: scan.header.angle_min_rad,
+                    angle_increment_rad: scan.header.angle_increment_rad,
+                    range_min_m: scan.header.range_min_m,
+                    range_max_m: scan.header.range_max_m,
                     ..ScanHeader::default()
                 },
                 ranges_m: &ranges_m[..beams],

@@ -194,9 +194,9 @@ proptest! {
         for mut chunk in line.chunks(chunk) {
             while let Some(content) = deframer.take(&mut chunk) {
                 let Ok(ToDevice::Scan(scan)) = content.and_then(read) else { panic!("a scan") };
-                prop_assert_eq!(scan.map_from_sensor.map(f32::to_bits), bits);
+                prop_assert_eq!(scan.header.map_from_sensor.map(f32::to_bits), bits);
                 prop_assert_eq!(scan.ranges_m, sent.ranges_m);
-                let numbers = (scan.run, scan.source, scan.sequence, scan.stamp_ns, scan.last);
+                let numbers = (scan.run, scan.source, scan.sequence, scan.header.stamp_ns, scan.last);
                 prop_assert_eq!(numbers, (run, source, sequence, stamp_ns, last));
                 let mut ranges_m = [0.0; MAX_BEAMS];
                 let beams = scan.ranges_into(&mut ranges_m);
