@@ -151,10 +151,10 @@ pub struct Window<const D: usize> {
 }
 
 impl<const D: usize> Window<D> {
-    /// Number of supports, the `M` of the posterior over this window.
+    /// Number of supports, the `M` of the posterior over this window; `usize::MAX` if there are more than can be counted.
     #[must_use]
     pub fn supports(&self) -> usize {
-        self.width.iter().product()
+        self.width.iter().fold(1, |supports: usize, width| supports.saturating_mul(*width))
     }
 
     /// The band `B` that holds every pair of one stencil: half-bandwidth `(S − 1)·(1 + W + …)`, and the diagonal.

@@ -117,10 +117,10 @@ fn scan(sequence: u64) -> Scan<'static> {
 /// A small map in lent memory, without an archive: what a microcontroller has.
 pub(crate) mod lent {
     use bhm_core::{
-        beam::LabelledPlace,
-        mapper::{Mapper, Memory},
-        posterior::{Entry, RowState, Scratch},
+        mapper::{Link, Mapper, Memory, ObservationSlot, TouchedTile},
+        posterior::{RowState, Scratch},
         profile,
+        storage::Storage::Lent,
         support::SupportTable,
         tile::{DirectoryEntry, NoArchive, Tile},
     };
@@ -132,22 +132,15 @@ pub(crate) mod lent {
     pub(crate) type Map = LentMap<'static, NoArchive, 144, 40>;
 
     pub(crate) fn map(slots: usize) -> Map {
-        // SAFETY: a tile and the scratch are plain numbers, of which zero is a value.
-        let (tiles, scratch) = unsafe {
-            (
-                Box::<[Tile<2, 144, 40>]>::new_zeroed_slice(slots).assume_init(),
-                Box::<Scratch<144, 40>>::new_zeroed().assume_init(),
-            )
-        };
         let memory = Memory {
-            tiles: Box::leak(tiles),
-            directory: vec![DirectoryEntry::default(); slots].leak(),
-            scratch: Box::leak(scratch),
-            places: vec![LabelledPlace::default(); 256].leak(),
-            firsts: vec![None; 256].leak(),
-            touched: vec![[0; 2]; 16].leak(),
-            entries: vec![Entry::default(); 256 * 16].leak(),
-            states: vec![RowState::default(); 256].leak(),
+            tiles: Lent(vec![Tile::VACANT; slots].leak()),
+            directory: Lent(vec![DirectoryEntry::VACANT; slots].leak()),
+            scratch: Lent(Box::leak(Box::new(Scratch::ZERO))),
+            observations: Lent(vec![ObservationSlot::VACANT; 256].leak()),
+            features: Lent(vec![0.0; 256 * 16].leak()),
+            links: Lent(vec![Link::VACANT; 256 * 4].leak()),
+            touched: Lent(vec![TouchedTile::VACANT; 16].leak()),
+            rows: Lent(vec![RowState::ZERO; 256].leak()),
             supports: SupportTable::EMPTY,
         };
         LentMap::new(Mapper::new(profile::COMPACT.settings, memory).expect("a good profile"), NoArchive)
@@ -217,7 +210,7 @@ fn every_reason_has_its_counter() {
         ScanRejected::Angles { min_rad: 0.0, increment_rad: 0.0 },
         ScanRejected::RangeLimits { min_m: 0.0, max_m: 0.0 },
         ScanRejected::StampWentBack { stamp_ns: 0, newest_ns: 1 },
-        ScanRejected::LabelsMissing { points: 0, labels: 1 },
+        ScanRejected::TooManyObservations { observations: 2, capacity: 1 },
     ];
     let mut counters = Counters::default();
     for rejection in &rejections {

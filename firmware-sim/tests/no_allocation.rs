@@ -12,16 +12,15 @@ use std::time::Duration;
 
 use bhm_core::{
     geometry::Pose,
-    kernel::{Averaging, KernelChoice},
     lattice::Window,
     profile::{self, Capacities, Profile},
     scan::{Scan, ScanHeader},
-    support::{SupportChoice, SupportParameters},
+    support::{GaussianSettings, SupportSettings},
 };
 use bhm_firmware_sim::{OnboardOptions, Options, Until, run_onboard};
 use bhm_host::{
     ipc::{PacedSource, Place, Sent, StatusSubscriber, TemporaryDomain, open_posterior_any},
-    supports::{LearnedSupports, LearnedWith},
+    supports::LearnedSupports,
 };
 
 thread_local! {
@@ -68,16 +67,16 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn memory_does_not_grow_once_the_loop_runs() {
-    const PROFILE: Profile =
-        Profile { capacities: Capacities { tiles: 24, points: 4_096, rows: 4_096, touched: 24 }, ..profile::COMPACT };
+    const PROFILE: Profile = Profile {
+        capacities: Capacities { tiles: 24, observations: 4_096, rows: 4_096, touched: 24 },
+        ..profile::COMPACT
+    };
     let domain = TemporaryDomain::new().expect("a domain");
     // With supports of their own for some nodes: they travel before the loop begins.
     let window = Window { first: [-8; 2], width: [16; 2] };
-    let parameters = SupportParameters { spacing_m: 0.5, size: 0.2, averaging: Averaging::Exact };
-    let gaussians = vec![SupportChoice::GaussianSupport.build(&parameters); window.supports()];
-    let learned_with = LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: String::new() };
-    let supports = LearnedSupports::new([0.0; 2], 0.5, window, gaussians, learned_with).expect("good supports");
-    let supports = supports.interned();
+    let gaussian = SupportSettings::GaussianSupport(GaussianSettings { size: 0.2 });
+    let gaussians = vec![gaussian.build(0.5); window.supports()];
+    let supports = LearnedSupports::new([0.0; 2], 0.5, window, gaussians, None).expect("good supports");
     let profile = Profile { settings: PROFILE.settings.fitted(supports.table()), ..PROFILE };
     let run = Options { publish_every: 3, linger_ns: 0, until: Until::SourceEnds, deadline_ns: Some(1) };
     let options = OnboardOptions { run, consumers: 2, path_poses: 16, supports: Some(supports) };

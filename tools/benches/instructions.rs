@@ -17,8 +17,8 @@ use std::{
 
 use bhm_bench::instructions::{CountError, Counted, PerTile, count_calls, plane};
 use bhm_core::{
-    beam::BeamChoice,
-    kernel::KernelChoice,
+    beam::AnyBeamRule,
+    kernel::KernelSettings,
     mapper::IntegrateReport,
     posterior::{Posterior, Prior, Scratch},
     profile::{self, Capacities, Profile},
@@ -61,16 +61,26 @@ impl Task {
                 continue;
             };
             // Room for every row of any rule; a mean over all rows needs all of them.
-            task.profile.capacities = Capacities { points: 1 << 16, rows: 1 << 16, ..task.profile.capacities };
+            task.profile.capacities = Capacities { observations: 1 << 16, rows: 1 << 16, ..task.profile.capacities };
             task.usual = false;
             let number = || value.parse::<f32>().unwrap_or_else(|error| panic!("{argument}: {error}"));
             let settings = &mut task.profile.settings;
             match name {
-                "kernel" => settings.kernel = one_of(KernelChoice::ALL, KernelChoice::name, argument, value),
-                "beam-rule" => settings.beam = one_of(BeamChoice::ALL, BeamChoice::name, argument, value),
-                "kernel-shape" => settings.kernel_shape = number(),
-                "segment-length" => settings.segment_length = number(),
-                "free-spacing" => settings.free_spacing_m = number(),
+                "kernel" => settings.kernel = KernelSettings::named(value).expect("a kernel of that name"),
+                "beam-rule" => settings.beam = AnyBeamRule::named(value).expect("a beam rule of that name"),
+                "kernel-shape" => match &mut settings.kernel {
+                    KernelSettings::SquaredExponential(kernel) => kernel.shape = number(),
+                    KernelSettings::TwoScales(kernel) => kernel.shape = number(),
+                    KernelSettings::CubicBSpline(_) => panic!("{argument}: the kernel has no shape"),
+                },
+                "segment-length" => match &mut settings.beam {
+                    AnyBeamRule::LineSegments(rule) => rule.length = number(),
+                    AnyBeamRule::PointSamples(_) => panic!("{argument}: the beam rule gives no segments"),
+                },
+                "free-spacing" => match &mut settings.beam {
+                    AnyBeamRule::PointSamples(rule) => rule.free_spacing_m = number(),
+                    AnyBeamRule::LineSegments(_) => panic!("{argument}: the beam rule gives no free points"),
+                },
                 "spacing" => settings.spacing_m = number(),
                 "passes" => settings.passes = number() as u32,
                 "every" => task.every = (number() as usize).max(1),
@@ -100,19 +110,15 @@ impl Task {
     /// After the log, its first quarter once more: the very same scans, on a map that has grown since.
     fn scans_and_the_first_again(&self) -> Vec<ScanRecord> {
         let mut scans = self.scans();
-        let span_ns = scans.last().map_or(0, |last| last.stamp_ns) + 1;
-        let again = |scan: &ScanRecord| ScanRecord {
-            header: ScanHeader { stamp_ns: scan.stamp_ns + span_ns, ..scan.clone().header },
-            ..scan.clone()
+        let span_ns = scans.last().map_or(0, |last| last.header.stamp_ns) + 1;
+        let again = |scan: &ScanRecord| {
+            let header = ScanHeader { stamp_ns: scan.header.stamp_ns + span_ns, ..scan.header };
+            ScanRecord { header, ..scan.clone() }
         };
         let first: Vec<ScanRecord> = scans[..scans.len() / 4].iter().map(again).collect();
         scans.extend(first);
         scans
     }
-}
-
-fn one_of<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str, argument: &str, value: &str) -> T {
-    all.iter().copied().find(|one| name(*one) == value).unwrap_or_else(|| panic!("{argument}: no such name"))
 }
 
 /// The band's kernels alone, and little else: factor, solve and selected inverse of one tile's posterior.

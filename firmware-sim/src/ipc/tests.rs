@@ -1,6 +1,6 @@
 //! The onboard program through real shared memory, a thread where a robot has a process.
 
-use std::string::{String, ToString};
+use std::string::ToString;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -8,12 +8,11 @@ use std::vec::Vec;
 
 use bhm_core::{
     geometry::{Point, PoseCovariance},
-    kernel::{Averaging, KernelChoice},
     lattice::Window,
     profile::{self, Capacities},
     scan::ScanHeader,
     settings::Settings,
-    support::{SupportChoice, SupportParameters},
+    support::{GaussianSettings, SupportSettings},
 };
 use bhm_host::{
     ScanRecord,
@@ -22,7 +21,6 @@ use bhm_host::{
         TemporaryDomain, open_posterior_any,
     },
     map,
-    supports::LearnedWith,
 };
 
 use super::*;
@@ -30,7 +28,7 @@ use crate::Until;
 
 /// So few slots that a walk along a corridor fills the archive.
 const TIGHT: Profile =
-    Profile { capacities: Capacities { tiles: 12, points: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
+    Profile { capacities: Capacities { tiles: 12, observations: 4_096, rows: 4_096, touched: 12 }, ..profile::COMPACT };
 
 const UNTIL_END: OnboardOptions = OnboardOptions {
     run: Options { publish_every: 10, linger_ns: 0, until: Until::SourceEnds, deadline_ns: None },
@@ -77,17 +75,13 @@ fn replay(domain: &Domain, scans: u64) {
 }
 
 /// Supports of two shapes along the corridor.
-fn supports() -> &'static LearnedSupports {
+fn supports() -> LearnedSupports {
     let window = Window { first: [-4, -6], width: [90, 12] };
     let supports = (0..window.supports()).map(|number| {
         let size = if number % 3 == 0 { 0.3 } else { 0.1 };
-        let parameters = SupportParameters { spacing_m: 0.5, size, averaging: Averaging::Exact };
-        SupportChoice::GaussianSupport.build(&parameters)
+        SupportSettings::GaussianSupport(GaussianSettings { size }).build(0.5)
     });
-    let learned_with =
-        LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: String::from("a test") };
-    let supports = supports.collect();
-    LearnedSupports::new([0.0; 2], 0.5, window, supports, learned_with).expect("good supports").interned()
+    LearnedSupports::new([0.0; 2], 0.5, window, supports.collect(), None).expect("good supports")
 }
 
 #[test]
@@ -97,12 +91,12 @@ fn a_map_with_learned_supports_is_the_one_made_offline_and_consumers_see_it() {
     let stop = AtomicBool::new(false);
     let supports = supports();
     let profile = Profile { settings: TIGHT.settings.fitted(supports.table()), ..TIGHT };
-    let mut offline = map::open_with(&profile, Some(supports)).expect("a compiled shape");
+    let mut offline = map::open_with(&profile, Some(supports.clone())).expect("a compiled shape");
     for number in 1..=SCANS {
         offline.integrate(&scan(number, SCANS).as_scan()).expect("a good scan");
     }
     let expected = offline.digest();
-    let options = OnboardOptions { run: Options::default(), supports: Some(supports), ..UNTIL_END };
+    let options = OnboardOptions { run: Options::default(), supports: Some(supports.clone()), ..UNTIL_END };
     let at: Vec<_> = (0..1_000).map(|i| Point::<2>::new(i as f32 * 0.04, (i % 7) as f32 * 0.3 - 1.0)).collect();
     thread::scope(|scope| {
         let mapper = scope.spawn(|| {
@@ -120,7 +114,7 @@ fn a_map_with_learned_supports_is_the_one_made_offline_and_consumers_see_it() {
         });
         let tiles = last.tile_indices();
         assert_eq!((last.digest(), last.header().supports_digest), (offline.digest_of(&tiles), supports.digest()));
-        assert_eq!(*last.model(), offline.model());
+        assert_eq!(last.model(), offline.model());
         let mut same = 0;
         for at in at {
             // Away from tiles that are in the archive alone, both say the same.

@@ -268,8 +268,8 @@ mod tests {
             [(180, one_degree), (181, one_degree), (360, one_degree / 2.0), (361, one_degree / 2.0)]
         {
             let scan = &read(flaser(&vec!["1.5"; beams], "12.5")).unwrap().scans[0];
-            assert_eq!((scan.ranges_m.len(), scan.angle_min_rad), (beams, -FRAC_PI_2));
-            assert!((scan.angle_increment_rad - step_rad).abs() < 1e-9);
+            assert_eq!((scan.ranges_m.len(), scan.header.angle_min_rad), (beams, -FRAC_PI_2));
+            assert!((scan.header.angle_increment_rad - step_rad).abs() < 1e-9);
         }
         assert_eq!(flaser_bearings(1), (0.0, PI));
         assert_eq!(flaser_bearings(3), (-FRAC_PI_2, FRAC_PI_2));
@@ -280,8 +280,8 @@ mod tests {
     fn the_pose_is_the_laser_s_and_the_stamp_the_robot_s() {
         for line in [flaser(&["1.25", "2.5", "81.91"], "12.5"), robot_laser("81.92", "12.5")] {
             let scan = &read(line).unwrap().scans[0];
-            assert_eq!(scan.map_from_sensor, Pose::new(1.0, 2.0, 0.5));
-            assert_eq!(scan.stamp_ns, 12_500_000_000);
+            assert_eq!(scan.header.map_from_sensor, Pose::new(1.0, 2.0, 0.5));
+            assert_eq!(scan.header.stamp_ns, 12_500_000_000);
             assert_eq!(scan.ranges_m, [1.25, 2.5, 81.91]);
         }
     }
@@ -290,8 +290,8 @@ mod tests {
     fn new_messages_state_bearings_and_maximum() {
         let log = read(robot_laser("81.92", "1")).unwrap();
         let scan = &log.scans[0];
-        assert_eq!((scan.angle_min_rad, scan.angle_increment_rad), (-1.5, 1.5));
-        assert_eq!((scan.range_max_m, log.report.max_range_source), (0.99 * 81.92, MaxRangeSource::Stated));
+        assert_eq!((scan.header.angle_min_rad, scan.header.angle_increment_rad), (-1.5, 1.5));
+        assert_eq!((scan.header.range_max_m, log.report.max_range_source), (0.99 * 81.92, MaxRangeSource::Stated));
         let unstated = read(robot_laser("0", "1")).unwrap();
         assert_eq!(unstated.report.max_range_source, MaxRangeSource::LargestReading);
     }

@@ -94,7 +94,7 @@ fn busiest_below(top_m: f32, falling_m: &[f32]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::geometry::Pose;
+    use bhm_core::{geometry::Pose, scan::ScanHeader};
 
     fn scan(ranges_m: Vec<f32>) -> ScanRecord {
         ScanRecord {
@@ -157,12 +157,12 @@ mod tests {
     #[test]
     fn a_caller_overrides_and_a_statement_stays() {
         let mut scans = [scan(echoes()), scan(echoes())];
-        scans[0].range_max_m = 10.0;
+        scans[0].header.range_max_m = 10.0;
         let (largest_m, source) = settle(&mut scans, &ReadOptions::default());
-        assert_eq!((scans[0].range_max_m, source), (10.0, MaxRangeSource::LargestReading));
-        assert_eq!(scans[1].range_max_m, largest_m);
+        assert_eq!((scans[0].header.range_max_m, source), (10.0, MaxRangeSource::LargestReading));
+        assert_eq!(scans[1].header.range_max_m, largest_m);
         let asked = ReadOptions { max_range_m: Some(40.0) };
         assert_eq!(settle(&mut scans, &asked), (40.0, MaxRangeSource::Caller));
-        assert!(scans.iter().all(|scan| scan.range_max_m == 40.0));
+        assert!(scans.iter().all(|scan| scan.header.range_max_m == 40.0));
     }
 }

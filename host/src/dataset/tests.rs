@@ -37,8 +37,10 @@ fn recorded_scan_logs_give_all_their_scans() {
         eprintln!("{name}: {report:?}, {no_return} readings without return of {}", log.scans.len() * beams);
         assert_eq!((log.scans.len(), report.scans, report.damaged), (scans, scans as u64, 0));
         assert_eq!(report.lines, report.scans + report.other_lines);
-        assert!(log.scans.iter().all(|scan| scan.ranges_m.len() == beams && scan.range_max_m == report.max_range_m));
-        assert!(log.scans.is_sorted_by(|a, b| a.stamp_ns < b.stamp_ns));
+        assert!(
+            log.scans.iter().all(|scan| scan.ranges_m.len() == beams && scan.header.range_max_m == report.max_range_m)
+        );
+        assert!(log.scans.is_sorted_by(|a, b| a.header.stamp_ns < b.header.stamp_ns));
         assert_eq!(report.stamps_repaired, stamps_repaired);
         assert_eq!((report.max_range_m, report.max_range_source), (0.99 * top_m, MaxRangeSource::Plateau));
     }
@@ -49,7 +51,7 @@ fn recorded_logs_without_their_plateau_show_none() {
     for name in ["intel-corrected.log.gz", "csail-corrected.log.gz", "freiburg-campus-corrected.log.gz"] {
         let Some(path) = recorded(name) else { continue };
         let mut scans = CarmenLog::read(&path, &ReadOptions::default()).unwrap().scans;
-        scans.iter_mut().for_each(|scan| scan.ranges_m.retain(|&r| r < scan.range_max_m));
+        scans.iter_mut().for_each(|scan| scan.ranges_m.retain(|&r| r < scan.header.range_max_m));
         let largest_m = scans.iter().flat_map(|scan| &scan.ranges_m).copied().fold(0.0, f32::max);
         assert_eq!(no_return_range_m(&scans), largest_m.next_up(), "{name}");
     }
@@ -135,8 +137,8 @@ fn assert_consistent(result: Result<ScanLog, DatasetError>) {
     assert_eq!(report.scans, scans.len() as u64);
     assert_eq!(report.lines, report.scans + report.other_lines + report.damaged);
     assert_eq!(report.damage.len() as u64, report.damaged.min(MAX_DAMAGE_KEPT as u64));
-    assert!(!scans.is_empty() && scans.is_sorted_by(|a, b| a.stamp_ns < b.stamp_ns));
-    assert!(scans.iter().all(|scan| scan.map_from_sensor.is_finite() && scan.range_max_m > 0.0));
+    assert!(!scans.is_empty() && scans.is_sorted_by(|a, b| a.header.stamp_ns < b.header.stamp_ns));
+    assert!(scans.iter().all(|scan| scan.header.map_from_sensor.is_finite() && scan.header.range_max_m > 0.0));
 }
 
 proptest! {
@@ -188,8 +190,8 @@ proptest! {
         assert_eq!(log.report.damaged, 0);
         for (i, (record, (ranges_m, pose))) in log.scans.iter().zip(&scans).enumerate() {
             assert!(record.ranges_m.iter().zip(ranges_m).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())));
-            assert_eq!([record.map_from_sensor.x_m, record.map_from_sensor.y_m, record.map_from_sensor.theta_rad], pose.map(f32::from));
-            assert_eq!(record.stamp_ns, i as u64 * 1_000_000_000);
+            assert_eq!([record.header.map_from_sensor.x_m, record.header.map_from_sensor.y_m, record.header.map_from_sensor.theta_rad], pose.map(f32::from));
+            assert_eq!(record.header.stamp_ns, i as u64 * 1_000_000_000);
         }
     }
 }

@@ -20,7 +20,7 @@ fn joined(domain: &Domain) -> Participant {
 
 /// Few slots, so that tests do not fill the machine's shared memory.
 const SMALL: Profile =
-    Profile { capacities: Capacities { tiles: 24, points: 4_096, rows: 4_096, touched: 64 }, ..profile::COMPACT };
+    Profile { capacities: Capacities { tiles: 24, observations: 4_096, rows: 4_096, touched: 64 }, ..profile::COMPACT };
 
 /// Seventeen beams along an arc that moves with the number.
 fn scan(number: u64) -> ScanRecord {

@@ -141,7 +141,7 @@ fn a_scan_sees_what_moves_where_it_is_at_the_stamp() {
         assert!((scan.ranges_m[0] - expected_m).abs() < 1e-4, "{} m, not {expected_m}", scan.ranges_m[0]);
         let just = [expected_m + 0.1, 0.0];
         assert!(
-            world.at(scan.stamp_ns).is_occupied(just) && !world.is_occupied(just),
+            world.at(scan.header.stamp_ns).is_occupied(just) && !world.is_occupied(just),
             "the truth is what stands still"
         );
     }
@@ -157,7 +157,7 @@ fn noisy_poses_are_reported_but_scans_taken_from_the_true_ones() {
     assert_eq!(scene.simulate(5).pose_noise(), PoseNoise::NONE);
     let (mut square_m2, mut square_rad2) = (0.0, 0.0);
     for (off, exact) in noisy().zip(scene.simulate(5)) {
-        let (reported, pose) = (off.map_from_sensor, exact.map_from_sensor);
+        let (reported, pose) = (off.header.map_from_sensor, exact.header.map_from_sensor);
         square_m2 += f64::from((reported.x_m - pose.x_m).powi(2) + (reported.y_m - pose.y_m).powi(2));
         square_rad2 += f64::from((reported.theta_rad - pose.theta_rad).powi(2));
         assert_eq!(
@@ -207,7 +207,7 @@ fn a_seed_stands_for_the_same_bits_everywhere() {
     let trajectory = Trajectory::along(&[[0.0, 0.0], [0.0, 4.0], [-4.0, 4.0]], &drive).expect("valid");
     let simulation = Simulation::new(world, Lidar::INDOOR, trajectory, 42).expect("valid");
     let bits = simulation.flat_map(|scan| {
-        let pose = scan.map_from_sensor;
+        let pose = scan.header.map_from_sensor;
         [pose.x_m, pose.y_m, pose.theta_rad].into_iter().chain(scan.ranges_m).map(f32::to_bits)
     });
     // FNV-1a over 32-bit words.
@@ -223,7 +223,7 @@ fn stamps_follow_the_scan_rate_and_the_length_is_known() {
     let mut simulation = Simulation::new(empty, Lidar::INDOOR, fixed, 0).expect("valid");
     for left in (0..3).rev() {
         let scan = simulation.next().expect("three scans");
-        assert_eq!(scan.stamp_ns, FIRST_STAMP_NS + (2 - left) * 50_000_000);
+        assert_eq!(scan.header.stamp_ns, FIRST_STAMP_NS + (2 - left) * 50_000_000);
         assert_eq!(simulation.len() as u64, left);
     }
     assert_eq!(simulation.next(), None);

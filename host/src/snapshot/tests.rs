@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use bhm_core::{
+    beam::Observation,
     geometry::Point,
-    kernel::KernelChoice,
+    kernel::{KernelSettings, SquaredExponentialSettings},
     profile::{self, Profile},
 };
 use proptest::prelude::*;
@@ -28,11 +29,11 @@ fn small(points: usize) -> (Box<dyn AnyMap>, Vec<u8>) {
     small_with(points, None)
 }
 
-fn small_with(points: usize, supports: Option<&'static LearnedSupports>) -> (Box<dyn AnyMap>, Vec<u8>) {
+fn small_with(points: usize, supports: Option<LearnedSupports>) -> (Box<dyn AnyMap>, Vec<u8>) {
     let mut map = map::open_with(&profile::COMPACT, supports).unwrap();
-    let points_m: Vec<Point<2>> = (0..points).map(|i| Point::<2>::new(2.0 + 0.01 * i as f32, 2.0)).collect();
-    let occupied: Vec<bool> = (0..points).map(|i| i % 3 == 0).collect();
-    map.integrate_points(&points_m, &occupied).unwrap();
+    let at = |i: usize| Observation::at_point(Point::<2>::new(2.0 + 0.01 * i as f32, 2.0), i % 3 == 0);
+    let observations: Vec<_> = (0..points).map(at).collect();
+    map.integrate_observations(&observations).unwrap();
     let bytes = encoded(&*map, &extras());
     (map, bytes)
 }
@@ -48,20 +49,20 @@ fn problem(bytes: &[u8]) -> SnapshotError {
 }
 
 /// The profile with the stencil that its supports need.
-fn fitted(profile: &Profile, supports: Option<&'static LearnedSupports>) -> Profile {
-    let settings = supports.map_or(profile.settings, |supports| profile.settings.fitted(supports.table()));
+fn fitted(profile: &Profile, supports: &Option<LearnedSupports>) -> Profile {
+    let settings = supports.as_ref().map_or(profile.settings, |supports| profile.settings.fitted(supports.table()));
     Profile { settings, ..*profile }
 }
 
 /// Drives half of a simulated route, goes through a file or not, and drives the rest.
 fn half_and_half(
     profile: &Profile,
-    supports: Option<&'static LearnedSupports>,
+    supports: &Option<LearnedSupports>,
     through_file: Option<&Path>,
 ) -> (PosteriorDigest, Vec<String>, Vec<u8>) {
     let scans: Vec<_> = Scene::named("building").unwrap().simulate(3).step_by(40).collect();
     let (first, second) = scans.split_at(scans.len() / 2);
-    let mut map = map::open_with(profile, supports).unwrap();
+    let mut map = map::open_with(profile, supports.clone()).unwrap();
     for scan in first {
         map.integrate(&scan.as_scan()).unwrap();
     }
@@ -87,19 +88,23 @@ fn half_and_half(
 fn a_loaded_map_goes_on_as_if_never_saved() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.bhm");
-    let wide = profile::COMPACT.settings.with_kernel(KernelChoice::SquaredExponential);
-    let biased = Profile { settings: bhm_core::settings::Settings { bias: true, ..wide }, ..profile::COMPACT };
+    let wide =
+        profile::COMPACT.settings.with_kernel(KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT));
+    let biased = Profile {
+        settings: bhm_core::settings::Settings { bias: Some(Default::default()), ..wide },
+        ..profile::COMPACT
+    };
     let learned = Some(test_supports::over_a_building(0.5));
     let plain = profile::COMPACT;
-    for (profile, supports) in [(plain, None), (biased, None), (fitted(&plain, learned), learned)] {
+    for (profile, supports) in [(plain, None), (biased, None), (fitted(&plain, &learned), learned)] {
         for tiles in [64, 7] {
             let capacities = profile::Capacities { tiles, ..profile.capacities };
             let profile = Profile { capacities, ..profile };
             // Reports too: the same tiles come back from the archive at the same scans.
-            let went_on = half_and_half(&profile, supports, None);
-            assert!(went_on == half_and_half(&profile, supports, Some(&path)), "{tiles} slots");
+            let went_on = half_and_half(&profile, &supports, None);
+            assert!(went_on == half_and_half(&profile, &supports, Some(&path)), "{tiles} slots");
             // The supports matter: without them it is another map.
-            assert!(supports.is_none() || went_on.0 != half_and_half(&profile, None, None).0);
+            assert!(supports.is_none() || went_on.0 != half_and_half(&profile, &None, None).0);
         }
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
@@ -218,7 +223,7 @@ proptest! {
             changed[PREFIX_BYTES + index.index(300.min(header_end - PREFIX_BYTES))] = value;
         }
         if let Ok(mut snapshot) = decode(&sealed(changed.clone())) {
-            let _ = snapshot.map.integrate_points(&[Point::<2>::new(1.0, 1.0)], &[true]);
+            let _ = snapshot.map.integrate_observations(&[Observation::at_point(Point::<2>::new(1.0, 1.0), true)]);
             let _ = snapshot.map.gradient(&Point::<2>::new(2.0, 2.0));
         }
         changed.truncate(cut.index(changed.len()));

@@ -1,11 +1,11 @@
 //! What a file of supports promises: the same supports come out, and bytes that are not such a file are refused.
 
 use bhm_core::{
-    kernel::{Averaging, KernelChoice},
+    kernel::KernelSettings,
     lattice::Window,
     profile,
     settings::Settings,
-    support::{AnySupport, SupportChoice, SupportParameters, TableError},
+    support::{AnySupport, GaussianSettings, SupportSettings, TableError},
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -15,16 +15,11 @@ use super::*;
 use crate::framed::{CHECKSUM_BYTES, PREFIX_BYTES, sealed};
 
 fn some() -> LearnedSupports {
-    test_supports::some().clone()
+    test_supports::some()
 }
 
-fn learned(supports: Vec<AnySupport<2>>) -> LearnedSupports {
-    let window = Window { first: [-1, 2], width: [3, 4] };
-    LearnedSupports::new([0.0, 0.0], 0.5, window, supports, with("a test")).expect("good supports")
-}
-
-fn with(source: &str) -> LearnedWith {
-    LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source: source.to_owned() }
+fn with(source: &str) -> Option<LearnedWith> {
+    Some(LearnedWith { kernel: KernelSettings::ALL[0], source: source.to_owned() })
 }
 
 fn problem(bytes: &[u8]) -> SupportsBytesError {
@@ -70,16 +65,10 @@ fn the_digest_is_of_what_a_map_says_and_of_nothing_else() {
 }
 
 #[test]
-fn equal_supports_are_leaked_once() {
-    let first = some().interned();
-    assert!(std::ptr::eq(first, some().interned()));
-    let mut other = some().supports().to_vec();
-    other.reverse();
-    assert!(!std::ptr::eq(first, learned(other).interned()));
-    let elsewhere = LearnedSupports::new([0.0; 2], 0.5, *first.window(), first.supports().to_vec(), with("elsewhere"));
-    let elsewhere = elsewhere.unwrap().interned();
-    assert!(!std::ptr::eq(first, elsewhere), "what they were learned with is told apart");
-    assert_eq!(first.digest(), elsewhere.digest());
+fn a_copy_shares_the_supports() {
+    let supports = some();
+    let copy = supports.clone();
+    assert!(std::ptr::eq(supports.supports(), copy.supports()) && copy == supports);
 }
 
 #[test]
@@ -97,27 +86,24 @@ fn another_lattice_is_named_with_both_values() {
 fn what_are_no_supports_is_refused() {
     let window = Window { first: [0, 0], width: [1, 2] };
     let point = AnySupport::<2>::default();
-    let new = |origin_m, spacing_m, window, supports: &[AnySupport<2>], shape| {
-        let learned_with = LearnedWith { kernel_shape: shape, ..with("") };
-        LearnedSupports::new(origin_m, spacing_m, window, supports.to_vec(), learned_with).unwrap_err()
+    let new = |origin_m, spacing_m, window, supports: &[AnySupport<2>]| {
+        LearnedSupports::new(origin_m, spacing_m, window, supports.to_vec(), None).unwrap_err()
     };
     let value = |name, expected| SupportsError::Value { name, expected };
     let pair = [point; 2];
     let positive = "a positive number of metres";
     for spacing_m in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(new([0.0; 2], spacing_m, window, &pair, 0.6), value("spacing", positive));
+        assert_eq!(new([0.0; 2], spacing_m, window, &pair), value("spacing", positive));
     }
-    assert_eq!(new([f32::NAN, 0.0], 0.5, window, &pair, 0.6), value("origin", "finite numbers"));
-    assert_eq!(new([0.0; 2], 0.5, window, &pair, f32::NAN), value("kernel shape", "a positive number"));
+    assert_eq!(new([f32::NAN, 0.0], 0.5, window, &pair), value("origin", "finite numbers"));
     let count = TableError::Count { nodes: 2, supports: 1 };
-    assert_eq!(new([0.0; 2], 0.5, window, &pair[..1], 0.6), SupportsError::Table(count));
+    assert_eq!(new([0.0; 2], 0.5, window, &pair[..1]), SupportsError::Table(count));
     let nobody = Window { first: [0, 0], width: [0, 2] };
-    assert_eq!(new([0.0; 2], 0.5, nobody, &[], 0.6), SupportsError::Empty);
+    assert_eq!(new([0.0; 2], 0.5, nobody, &[]), SupportsError::Empty);
     let far = Window { first: [i32::MIN, 0], width: [1, 2] };
-    assert_eq!(new([0.0; 2], 0.5, far, &pair, 0.6), SupportsError::Table(TableError::Window));
-    let parameters = SupportParameters { spacing_m: 0.5, size: f32::NAN, averaging: Averaging::Exact };
-    for kind in SupportChoice::ALL.iter().filter(|kind| kind.name() != "point") {
-        let error = new([0.0; 2], 0.5, window, &[point, kind.build(&parameters)], 0.6);
+    assert_eq!(new([0.0; 2], 0.5, far, &pair), SupportsError::Table(TableError::Window));
+    for kind in SupportSettings::ALL.iter().filter(|kind| kind.name() != "point") {
+        let error = new([0.0; 2], 0.5, window, &[point, kind.build(f32::NAN)]);
         assert_eq!(error, SupportsError::Numbers { node: [0, 1], kind: kind.name() });
     }
     let long = LearnedSupports::new([0.0; 2], 0.5, window, pair.to_vec(), with(&"x".repeat(MAX_SOURCE_BYTES + 1)));
@@ -134,7 +120,7 @@ fn every_cut_is_noticed() {
     }
 }
 
-/// A file of one support as version 1 has it, which later programs read and write alike.
+/// A file of one support as version 2 has it, which later programs read and write alike.
 const ONE_SUPPORT: &[u8] = b"BHM sup\n\x01\0\0\0u\0\0\0\0\0\0\0\
     \0\0\0\0\0\0\0\0\0\0\0?\x01\x04\
     \x01\x01\x0ecubic-b-spline\0\0\0?\x06a te\
@@ -143,13 +129,10 @@ const ONE_SUPPORT: &[u8] = b"BHM sup\n\x01\0\0\0u\0\0\0\0\0\0\0\
     \x04M\x0fl";
 
 #[test]
-fn a_file_of_version_1_is_read_and_its_bytes_are_these() {
+fn a_file_of_version_2_is_read_and_its_bytes_are_these() {
     let window = Window { first: [-1, 2], width: [1, 1] };
-    let learned_with =
-        LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.5, source: "a test".to_owned() };
-    let parameters = SupportParameters { spacing_m: 0.5, size: 0.25, averaging: Averaging::Exact };
-    let supports = vec![SupportChoice::GaussianSupport.build(&parameters)];
-    let expected = LearnedSupports::new([0.0; 2], 0.5, window, supports, learned_with).unwrap();
+    let supports = vec![SupportSettings::GaussianSupport(GaussianSettings { size: 0.25 }).build(0.5)];
+    let expected = LearnedSupports::new([0.0; 2], 0.5, window, supports, with("a test")).unwrap();
     assert_eq!(decode(ONE_SUPPORT).unwrap(), expected);
     assert_eq!(FILE_KIND.encode(FILE_KIND.contents(ONE_SUPPORT).unwrap()), ONE_SUPPORT);
 }
@@ -164,7 +147,7 @@ fn contents_that_lie_under_a_right_checksum_are_named() {
         problem(&sealed(changed))
     };
     // The last support: a byte for its kind, six numbers.
-    let (kind, node) = (SupportChoice::ALL[11 % SupportChoice::ALL.len()].name(), [1, 5]);
+    let (kind, node) = (SupportSettings::ALL[11 % SupportSettings::ALL.len()].name(), [1, 5]);
     for number in 0..6 {
         let numbers = SupportsBytesError::Supports(SupportsError::Numbers { node, kind });
         assert_eq!(damaged(last - 24 + 4 * number, &f32::NAN.to_le_bytes()), numbers);

@@ -42,7 +42,7 @@ fn scans() -> Option<Vec<ScanRecord>> {
 }
 
 fn position_m(scan: &ScanRecord) -> [f32; 2] {
-    [scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]
+    [scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m]
 }
 
 /// All points, and where the sensor stood.

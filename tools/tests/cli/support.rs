@@ -1,3 +1,4 @@
+use bhm_core::scan::ScanHeader;
 use std::{
     fs,
     io::Write,
@@ -130,9 +131,9 @@ pub(crate) fn logs(bench: &Bench) -> Vec<PathBuf> {
 
 /// A scan as a `ROBOTLASER1` line; a missing return is the sensor's maximum.
 fn robot_laser(scan: &ScanRecord) -> String {
-    let ScanRecord { stamp_ns, map_from_sensor: Pose { x_m, y_m, theta_rad }, angle_min_rad, .. } = scan;
-    let ScanRecord { angle_increment_rad, range_max_m, ranges_m, .. } = scan;
-    let ranges: Vec<_> = ranges_m.iter().map(|range_m| format!("{:.3}", range_m.min(*range_max_m))).collect();
+    let ScanHeader { stamp_ns, map_from_sensor: Pose { x_m, y_m, theta_rad }, angle_min_rad, .. } = &scan.header;
+    let ScanHeader { angle_increment_rad, range_max_m, .. } = &scan.header;
+    let ranges: Vec<_> = scan.ranges_m.iter().map(|range_m| format!("{:.3}", range_m.min(*range_max_m))).collect();
     let (beams, stamp_s) = (ranges.len(), *stamp_ns as f64 * 1e-9);
     let field_of_view_rad = angle_increment_rad * beams as f32;
     let (ranges, pose) = (ranges.join(" "), format!("{x_m} {y_m} {theta_rad}"));

@@ -1,9 +1,9 @@
 //! Learned supports and uncertain poses: what carries them says the same, and what does not fit is refused.
 
 use bhm_core::{
-    kernel::{Averaging, KernelChoice},
+    kernel::{Averaging, KernelSettings},
     lattice::Window,
-    support::{SupportChoice, SupportParameters},
+    support::{GaussianSettings, RectangleSettings, SupportSettings},
 };
 use bhm_host::{
     ipc::TemporaryDomain,
@@ -21,13 +21,16 @@ fn learned(bench: &Bench, name: &str, spacing_m: f32) {
     let window = Window { first: [-24, -24], width: [48, 48] };
     let shapes = (0..window.supports()).map(|number| {
         let size = 0.1 + 0.02 * (number % 11) as f32;
-        let kind = if number % 5 == 0 { SupportChoice::RectangularSupport } else { SupportChoice::GaussianSupport };
-        kind.build(&SupportParameters { spacing_m, size, averaging: Averaging::Exact })
+        let kind = if number % 5 == 0 {
+            SupportSettings::RectangularSupport(RectangleSettings { size, samples: Averaging::Exact })
+        } else {
+            SupportSettings::GaussianSupport(GaussianSettings { size })
+        };
+        kind.build(spacing_m)
     });
     let source = "by a test".to_owned();
-    let learned_with = LearnedWith { kernel: KernelChoice::CubicBSpline, kernel_shape: 0.6, source };
-    let shapes = shapes.collect();
-    let learned = LearnedSupports::new([0.0; 2], spacing_m, window, shapes, learned_with).unwrap();
+    let learned_with = Some(LearnedWith { kernel: KernelSettings::ALL[0], source });
+    let learned = LearnedSupports::new([0.0; 2], spacing_m, window, shapes.collect(), learned_with).unwrap();
     supports::save(&bench.path(name), &learned).unwrap();
 }
 

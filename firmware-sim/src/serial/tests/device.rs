@@ -6,10 +6,10 @@ use std::vec;
 use std::vec::Vec;
 
 use bhm_core::{
+    geometry::Pose,
     mapper::{IntegrateReport, Mapper},
     profile,
-    scan::ScanRejected,
-    scan::{Scan, ScanHeader},
+    scan::{Scan, ScanHeader, ScanRejected},
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -46,7 +46,8 @@ impl OnboardMap<144, 40> for Recorder {
 /// A scan to its last bit; its stamp, which tells scans apart here, first.
 fn bits(scan: &Scan<'_>) -> Vec<u32> {
     let pose = scan.header.map_from_sensor;
-    let limits = [scan.header.angle_min_rad, scan.header.angle_increment_rad, scan.header.range_min_m, scan.header.range_max_m];
+    let limits =
+        [scan.header.angle_min_rad, scan.header.angle_increment_rad, scan.header.range_min_m, scan.header.range_max_m];
     let floats = [pose.x_m, pose.y_m, pose.theta_rad].into_iter().chain(limits).chain(scan.ranges_m.iter().copied());
     [scan.header.stamp_ns as u32].into_iter().chain(floats.map(f32::to_bits)).collect()
 }
@@ -70,13 +71,15 @@ fn scan_frame(run: u64, sequence: u64, ranges: &[u8]) -> ScanFrame<'_> {
         source: 3,
         sequence,
         last: false,
-        stamp_ns: sequence,
-        map_from_sensor: [0.001 * (sequence % 1_000) as f32, 0.0, 0.5],
-        pose_covariance: None,
-        angle_min_rad: -1.0,
-        angle_increment_rad: 0.5,
-        range_min_m: 0.1,
-        range_max_m: 20.0,
+        header: ScanHeader {
+            stamp_ns: sequence,
+            map_from_sensor: Pose::new(0.001 * (sequence % 1_000) as f32, 0.0, 0.5),
+            pose_covariance: None,
+            angle_min_rad: -1.0,
+            angle_increment_rad: 0.5,
+            range_min_m: 0.1,
+            range_max_m: 20.0,
+        },
         ranges_m: Bytes(ranges),
     }
 }
@@ -126,18 +129,7 @@ fn ten_thousand_frames_on_a_bad_line() {
             let scan = scan_frame(5, sequence, &ranges);
             let mut ranges_m = [0.0; bhm_core::scan::MAX_BEAMS];
             let beams = scan.ranges_into(&mut ranges_m).expect("a good scan");
-            let whole = Scan {
-                header: ScanHeader {
-                    stamp_ns: sequence,
-                    map_from_sensor: scan.pose(),
-                    angle_min_rad: scan.header.angle_min_rad,
-                    angle_increment_rad: scan.header.angle_increment_rad,
-                    range_min_m: scan.header.range_min_m,
-                    range_max_m: scan.header.range_max_m,
-                    ..ScanHeader::default()
-                },
-                ranges_m: &ranges_m[..beams],
-            };
+            let whole = Scan { header: scan.header, ranges_m: &ranges_m[..beams] };
             scans.insert(sequence as u32, bits(&whole));
             frame(&ToDevice::Scan(scan))
         };

@@ -3,7 +3,11 @@
 use std::vec;
 use std::vec::Vec;
 
-use bhm_core::{posterior::Posterior, scan::MAX_BEAMS};
+use bhm_core::{
+    geometry::{Pose, PoseCovariance},
+    posterior::Posterior,
+    scan::{MAX_BEAMS, ScanHeader},
+};
 use proptest::prelude::*;
 
 use super::line::segments;
@@ -18,13 +22,15 @@ fn scan_frame(ranges: &[u8]) -> ScanFrame<'_> {
         source: u64::MAX,
         sequence: u64::MAX,
         last: true,
-        stamp_ns: u64::MAX,
-        map_from_sensor: [f32::from_bits(NAN), -0.0, 3.0],
-        pose_covariance: Some([1.0; 6]),
-        angle_min_rad: -1.5,
-        angle_increment_rad: 0.01,
-        range_min_m: 0.1,
-        range_max_m: f32::INFINITY,
+        header: ScanHeader {
+            stamp_ns: u64::MAX,
+            map_from_sensor: Pose::new(f32::from_bits(NAN), -0.0, 3.0),
+            pose_covariance: Some(PoseCovariance::from_numbers([1.0; 6])),
+            angle_min_rad: -1.5,
+            angle_increment_rad: 0.01,
+            range_min_m: 0.1,
+            range_max_m: f32::INFINITY,
+        },
         ranges_m: Bytes(ranges),
     }
 }

@@ -1,8 +1,8 @@
 use bhm_core::{
     geometry::PoseCovariance,
-    scan::ScanRejected,
-    scan::{MAX_BEAMS, Scan, ScanHeader},
-    settings::{Model, SettingsError},
+    kernel::{KernelSettings, SquaredExponentialSettings},
+    scan::{MAX_BEAMS, Scan, ScanHeader, ScanRejected},
+    settings::{Model, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
     shape::{self, ShapeVisitor},
 };
 use iceoryx2::prelude::ZeroCopySend;
@@ -126,11 +126,11 @@ fn a_pose_covariance_survives_the_way_whatever_it_says() {
     };
     let certain = sent(None);
     assert_eq!((certain.flags, certain.pose_covariance), (ScanMessage::LAST, [0.0; 6]));
-    assert_eq!(certain.check().expect("a good message").scan.pose_covariance, None);
+    assert_eq!(certain.check().expect("a good message").scan.header.pose_covariance, None);
     let message = sent(Some(good));
     assert_eq!(message.flags, ScanMessage::LAST | ScanMessage::UNCERTAIN);
     let numbered = message.check().expect("a good message");
-    assert_eq!((numbered.scan.pose_covariance, numbered.address), (Some(good), ADDRESS));
+    assert_eq!((numbered.scan.header.pose_covariance, numbered.address), (Some(good), ADDRESS));
     learned(1)
         .integrate(&Scan {
             header: ScanHeader { pose_covariance: Some(good), ..numbered.scan.header },
@@ -141,7 +141,7 @@ fn a_pose_covariance_survives_the_way_whatever_it_says() {
         // The message carries it; what it says is the mapper's to judge.
         let message = sent(Some(hostile));
         let scan = message.check().expect("a message that can be read").scan;
-        assert_eq!(format!("{:?}", scan.pose_covariance), format!("{:?}", Some(hostile)));
+        assert_eq!(format!("{:?}", scan.header.pose_covariance), format!("{:?}", Some(hostile)));
         let mut map = learned(1);
         let before = map.mapper().scans();
         assert_eq!(map.integrate(&scan).err(), Some(ScanRejected::PoseCovariance), "{hostile:?}");
@@ -205,6 +205,14 @@ fn every_damage_to_a_status_is_named() {
     }
 }
 
+/// Writes a header's settings anew, changed.
+pub(super) fn change_settings(header: &mut PosteriorHeader, change: impl FnOnce(&mut Settings)) {
+    let mut settings = header.settings().expect("settings that were written");
+    change(&mut settings);
+    let encoded = postcard::to_slice(&settings, &mut header.settings).expect("they fit");
+    header.settings_bytes = encoded.len() as u32;
+}
+
 /// Checks a header of any shape, without tiles.
 struct Check(PosteriorHeader);
 
@@ -221,13 +229,11 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
     for profile in profile::ALL {
         let mut header = PosteriorHeader::default();
         let model = profile.settings.model().expect("a good profile");
-        let window = model.tiling.window(&[0, 0]);
-        let shape = (window.supports(), window.band(profile.settings.stencil));
+        let shape = (profile.settings.supports(), profile.settings.band());
         header.write(&profile.settings, None, shape, &PosteriorNews::default());
         (header.mapper, header.sequence) = (5, 1);
         let found = shape::visit(shape, Check(header)).expect("a compiled shape").expect("a good header");
-        // What a beam says is the mapper's business alone.
-        assert_eq!(Model { beam: model.beam, ..found }, model, "{}", profile.name);
+        assert_eq!((found, header.settings()), (model, Ok(profile.settings)), "{}", profile.name);
     }
 }
 
@@ -235,34 +241,50 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
 fn every_damage_to_a_posterior_is_named() {
     type Damage = (fn(&mut PosteriorHeader), fn(&PosteriorRejected) -> bool);
     use PosteriorRejected as No;
+    fn tile(h: &mut PosteriorHeader, change: fn(&mut TileSettings<2>)) {
+        change_settings(h, |settings| change(&mut settings.tile));
+    }
     let damages: [Damage; 27] = [
         (|h| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
-        (|h| h.version = 1, |e| matches!(e, No::Version { found: 1 })),
+        (|h| h.version = 2, |e| matches!(e, No::Version { found: 2 })),
         (|h| h.flags |= 8, |e| matches!(e, No::Flags { .. })),
-        (|h| h.reserved = 8, |e| matches!(e, No::Flags { found: 8 })),
         (|h| h.supports_digest = 8, |e| matches!(e, No::SupportsMissing { digest: 8 })),
         (|h| h.mapper = 0, |e| matches!(e, No::Unnumbered)),
         (|h| h.sequence = 0, |e| matches!(e, No::Unnumbered)),
         (|h| h.supports = 145, |e| matches!(e, No::Shape { supports: 145, .. })),
         (|h| h.band = 39, |e| matches!(e, No::Shape { band: 39, .. })),
-        (|h| h.tile_width = [144, 2], |e| matches!(e, No::Shape { .. })),
-        (|h| h.tile_width = [u32::MAX; 2], |e| matches!(e, No::Shape { .. })),
-        (|h| h.tile_width = [144, 1], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.tile_width = [1, 144], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.tile_stride = [0, 8], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.tile_stride = [u32::MAX; 2], |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.stencil = 0, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.stencil = u32::MAX, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
-        (|h| h.stencil = 6, |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.width = [144, 2]), |e| matches!(e, No::Shape { .. })),
+        (|h| tile(h, |t| t.width = [usize::MAX; 2]), |e| matches!(e, No::Shape { .. })),
+        (|h| tile(h, |t| t.width = [144, 1]), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.width = [1, 144]), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.stride = [0, 8]), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.stride = [usize::MAX; 2]), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.stencil = 0), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.stencil = usize::MAX), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
+        (|h| tile(h, |t| t.stencil = 6), |e| matches!(e, No::Settings(SettingsError::Tiling(_)))),
         (|h| h.resident += 1, |e| matches!(e, No::Count { .. })),
-        (|h| h.kernel = [0xff; 32], |e| matches!(e, No::Kernel)),
-        (|h| h.kernel[0] = b'k', |e| matches!(e, No::Kernel)),
-        (|h| h.support = [0; 32], |e| matches!(e, No::Support)),
+        (|h| h.settings_bytes = u32::MAX, |e| matches!(e, No::SettingsEncoding)),
+        (|h| h.settings_bytes -= 1, |e| matches!(e, No::SettingsEncoding)),
+        (|h| h.settings_bytes += 1, |e| matches!(e, No::SettingsEncoding)),
+        // The kernel's place in its list stands behind origin and spacing.
+        (|h| h.settings[12] = 77, |e| matches!(e, No::SettingsEncoding)),
         (|h| h.theta_rad = f32::NAN, |e| matches!(e, No::Pose)),
-        (|h| h.origin_m[1] = f32::INFINITY, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
-        (|h| h.spacing_m = -0.5, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
-        (|h| h.kernel_shape = f32::NAN, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
-        (|h| h.prior_precision = 0.0, |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+        (
+            |h| change_settings(h, |s| s.origin_m[1] = f32::INFINITY),
+            |e| matches!(e, No::Settings(SettingsError::Number { .. })),
+        ),
+        (|h| change_settings(h, |s| s.spacing_m = -0.5), |e| matches!(e, No::Settings(SettingsError::Number { .. }))),
+        (
+            |h| {
+                let kernel = SquaredExponentialSettings { shape: f32::NAN };
+                change_settings(h, |s| s.kernel = KernelSettings::SquaredExponential(kernel));
+            },
+            |e| matches!(e, No::Settings(SettingsError::Number { .. })),
+        ),
+        (
+            |h| change_settings(h, |s| s.prior = PriorSettings::White(WhitePrior { precision: 0.0 })),
+            |e| matches!(e, No::Settings(SettingsError::Number { .. })),
+        ),
     ];
     let (good, mut tiles) = posterior();
     assert!(good.check(&tiles, None).is_ok());
@@ -313,6 +335,6 @@ proptest! {
             std::slice::from_raw_parts_mut(std::ptr::from_mut(&mut behind).cast::<u8>().add(good), bytes.len() - good)
         };
         tail.copy_from_slice(rest);
-        let _ = behind.check::<144, 40>(&[], Some(test_supports::some()));
+        let _ = behind.check::<144, 40>(&[], Some(&test_supports::some()));
     }
 }

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use bhm_core::{geometry::Point, tile::TileSource};
+use bhm_core::{geometry::Point, map::Map, tile::TileSource};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::*;
@@ -54,8 +54,8 @@ fn a_posterior_answers_in_shared_memory_as_the_mapper_does() {
 }
 
 /// A map of which nodes have supports of their own.
-fn with_supports(supports: &'static LearnedSupports, scans: u64) -> OwnedMapper<144, 40> {
-    let mut map = OwnedMapper::with_supports(&SMALL, Some(supports)).expect("supports of the lattice");
+fn with_supports(supports: &LearnedSupports, scans: u64) -> OwnedMapper<144, 40> {
+    let mut map = OwnedMapper::with_supports(&SMALL, Some(supports.clone())).expect("supports of the lattice");
     for number in 1..=scans {
         map.integrate(&scan(number).as_scan()).expect("a good scan");
     }
@@ -75,12 +75,13 @@ fn a_posterior_with_supports_of_its_own_answers_as_the_mapper_does() {
     let domain = TemporaryDomain::new().expect("a domain");
     let (here, there) = (joined(&domain), joined(&domain));
     let supports = test_supports::some();
-    let map = with_supports(supports, 5);
+    let map = with_supports(&supports, 5);
     assert_ne!(
         map.mapper().gradient(&Point::<2>::new(0.1, 1.6)),
         learned(5).mapper().gradient(&Point::<2>::new(0.1, 1.6))
     );
-    let mut publisher = PosteriorPublisher::open_with(&here, 5, SLOTS, 2, Some(supports)).expect("the first, and room");
+    let mut publisher =
+        PosteriorPublisher::open_with(&here, 5, SLOTS, 2, Some(supports.clone())).expect("the first, and room");
     let mut early = PosteriorSubscriber::<144, 40>::open(&there).expect("a mapper is there");
     publisher.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
     let sample = received(&mut early);
@@ -90,7 +91,7 @@ fn a_posterior_with_supports_of_its_own_answers_as_the_mapper_does() {
     let mut late = open_posterior_any(&there).expect("a compiled shape");
     publisher.greet().expect("no fault");
     let posterior = late.receive(SOON).expect("no fault").expect("a posterior").expect("a good one");
-    assert_eq!(posterior.model().basis.supports.table, supports.table());
+    assert_eq!(&posterior.model().basis.supports.table, supports.table());
     let at = Point::<2>::new(0.1, 1.6);
     assert_eq!(posterior.gradient(&at), map.mapper().gradient(&at));
 }
@@ -104,8 +105,9 @@ fn a_reader_without_the_supports_never_answers_and_gets_them_later() {
     drop(plain);
     // A mapper with supports, on a domain whose reader has never heard of any.
     let supports = test_supports::some();
-    let map = with_supports(supports, 3);
-    let mut second = PosteriorPublisher::open_with(&here, 6, SLOTS, 2, Some(supports)).expect("the first has gone");
+    let map = with_supports(&supports, 3);
+    let mut second =
+        PosteriorPublisher::open_with(&here, 6, SLOTS, 2, Some(supports.clone())).expect("the first has gone");
     second.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
     let refused = subscriber.receive(SOON).expect("no fault").expect("a posterior").expect_err("no supports");
     assert_eq!(refused, PosteriorRejected::SupportsMissing { digest: supports.digest() });
@@ -117,8 +119,9 @@ fn a_reader_without_the_supports_never_answers_and_gets_them_later() {
     // A newer one takes the place of one that waits; and another mapper's supports take the place of these.
     drop(second);
     let others = test_supports::over_a_building(0.5);
-    let map = with_supports(others, 4);
-    let mut third = PosteriorPublisher::open_with(&here, 7, SLOTS, 2, Some(others)).expect("the second has gone");
+    let map = with_supports(&others, 4);
+    let mut third =
+        PosteriorPublisher::open_with(&here, 7, SLOTS, 2, Some(others.clone())).expect("the second has gone");
     let held = [(); 2].map(|()| {
         third.publish(map.mapper(), &PosteriorNews::default()).expect("sent");
         received(&mut subscriber)

@@ -183,7 +183,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bhm_core::{geometry::Pose, profile::COMPACT};
+    use bhm_core::{geometry::Pose, profile::COMPACT, scan::ScanHeader};
 
     /// Hits of beams in all directions at three places far from each other; one free point right at each sensor.
     fn scans() -> Vec<ScanRecord> {
@@ -207,9 +207,9 @@ mod tests {
     fn all(scans: &[ScanRecord], hit_weight: f64) -> Vec<([f64; 2], f64)> {
         let mut all = Vec::new();
         for scan in scans {
-            observe(scan, &COMPACT.settings, &COMPACT.settings.model().unwrap().beam, |place| {
+            observe(scan, &COMPACT.settings, |observed| {
                 let at = observed.place.middle_m();
-                all.push(([f64::from(at.x), f64::from(at.y)], if place.occupied { hit_weight } else { 1.0 }));
+                all.push(([f64::from(at.x), f64::from(at.y)], if observed.occupied { hit_weight } else { 1.0 }));
             });
         }
         all
@@ -259,7 +259,7 @@ mod tests {
             let options = ClusterOptions { clusters: 3, seed, ..ClusterOptions::DEFAULT };
             let found = learn_clusters(|| &scans, &COMPACT.settings, &options).unwrap();
             for scan in &scans {
-                let at = scan.map_from_sensor.position();
+                let at = scan.header.map_from_sensor.position();
                 let near = found.iter().filter(|c| (c.centre_m[0] - at.x).hypot(c.centre_m[1] - at.y) < 1.0).count();
                 assert_eq!(near, 1, "seed {seed}: {found:?}");
             }

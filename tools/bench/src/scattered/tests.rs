@@ -1,7 +1,7 @@
 use super::*;
 use bhm_core::{
     geometry::Pose,
-    kernel::KernelChoice,
+    kernel::{KernelSettings, SquaredExponentialSettings},
     map::Occupancy,
     profile::COMPACT,
     scan::ScanHeader,
@@ -26,13 +26,7 @@ fn supports() -> Vec<ScatteredSupport> {
 }
 
 fn settings() -> Settings {
-    Settings {
-        kernel: KernelChoice::SquaredExponential,
-        kernel_shape: 1.0,
-        stencil: 6,
-        tile_width: [14, 14],
-        ..COMPACT.settings
-    }
+    COMPACT.settings.with_kernel(KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 1.0 }))
 }
 
 fn open(supports: Vec<ScatteredSupport>) -> anyhow::Result<DenseMap<M>> {
