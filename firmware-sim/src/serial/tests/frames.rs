@@ -191,7 +191,10 @@ proptest! {
     ) {
         let bytes: Vec<u8> = ranges.iter().flat_map(|bits| bits.to_le_bytes()).collect();
         let map_from_sensor = bits.map(f32::from_bits);
-        let sent = ScanFrame { run, source, sequence, stamp_ns, last, map_from_sensor, ..scan_frame(&bytes) };
+        let [x_m, y_m, theta_rad] = map_from_sensor;
+        let other = scan_frame(&bytes);
+        let header = ScanHeader { stamp_ns, map_from_sensor: Pose::new(x_m, y_m, theta_rad), ..other.header };
+        let sent = ScanFrame { run, source, sequence, last, header, ..other };
         let mut buffer = [0; TO_DEVICE_BYTES];
         let line = encode(&ToDevice::Scan(sent), &mut buffer).expect("it fits");
         prop_assert!(line[1..line.len() - 1].iter().all(|byte| *byte != 0));
@@ -200,7 +203,10 @@ proptest! {
         for mut chunk in line.chunks(chunk) {
             while let Some(content) = deframer.take(&mut chunk) {
                 let Ok(ToDevice::Scan(scan)) = content.and_then(read) else { panic!("a scan") };
-                prop_assert_eq!(scan.header.map_from_sensor.map(f32::to_bits), bits);
+                prop_assert_eq!({
+                    let Pose { x_m, y_m, theta_rad } = scan.header.map_from_sensor;
+                    [x_m, y_m, theta_rad].map(f32::to_bits)
+                }, bits);
                 prop_assert_eq!(scan.ranges_m, sent.ranges_m);
                 let numbers = (scan.run, scan.source, scan.sequence, scan.header.stamp_ns, scan.last);
                 prop_assert_eq!(numbers, (run, source, sequence, stamp_ns, last));
