@@ -4,10 +4,9 @@
 //! The points are those of the evidence: two free points a beam, a tenth of the beams held out whole. The independent figures,
 //! OctoMap's among them, were measured on the same points with other people's programs.
 
-use std::{
-    path::{Path, PathBuf},
-    time::{Duration, Instant},
-};
+mod common;
+
+use std::time::{Duration, Instant};
 
 use bhm_bench::{
     baselines::{self, Setup, Size},
@@ -24,21 +23,8 @@ const TRAIN: &str = "intel-beams-train.csv.gz";
 const TEST: &str = "intel-beams-test.csv.gz";
 const LOG: &str = "intel-corrected.log.gz";
 
-/// A file of recorded data, from the directory in `BHM_DATA` or from `shared/data` beside the workspace; absence fails the
-/// test in CI and skips it elsewhere.
-fn recorded(name: &str) -> Option<PathBuf> {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"));
-    let path = std::env::var_os("BHM_DATA").map_or(beside.to_owned(), PathBuf::from).join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
-    eprintln!("skipped: {} is absent; set BHM_DATA to the recorded logs", path.display());
-    None
-}
-
 fn scans() -> Option<Vec<ScanRecord>> {
-    Some(dataset::read_log(&recorded(LOG)?, &ReadOptions::default()).expect("a readable log").scans)
+    Some(dataset::read_log(&common::recorded(LOG)?, &ReadOptions::default()).expect("a readable log").scans)
 }
 
 fn position_m(scan: &ScanRecord) -> [f32; 2] {
@@ -48,7 +34,7 @@ fn position_m(scan: &ScanRecord) -> [f32; 2] {
 /// All points, and where the sensor stood.
 fn task() -> Option<Task> {
     let [train, test] =
-        [TRAIN, TEST].map(|name| Some(PointLog::read(&recorded(name)?).expect("readable points").scans));
+        [TRAIN, TEST].map(|name| Some(PointLog::read(&common::recorded(name)?).expect("readable points").scans));
     let scans = scans()?;
     let origin_m = |at: u64| scans.get(usize::try_from(at).ok()?).map(position_m);
     Some(Task::of_points(train?, test?, COMPACT.settings.limits, origin_m))

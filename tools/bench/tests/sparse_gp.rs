@@ -1,7 +1,7 @@
 //! The sparse Gaussian process is as good as an independent implementation made it on the same points.
 #![cfg(feature = "dense")]
 
-use std::path::{Path, PathBuf};
+mod common;
 
 use bhm_bench::{
     baselines::{self, Setup, Size},
@@ -11,26 +11,14 @@ use bhm_bench::{
 use bhm_core::profile::COMPACT;
 use bhm_host::dataset::{LabelledPoints, PointLog};
 
-/// Where recorded data lies; `None` if there is none, which only a person may leave at that.
-fn data() -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let data = std::env::var_os("BHM_DATA").map_or_else(beside, PathBuf::from);
-    if data.join("intel-beams-train.csv.gz").exists() {
-        return Some(data);
-    }
-    assert!(std::env::var_os("CI").is_none(), "no recorded data at {}: set BHM_DATA", data.display());
-    eprintln!("skipped: no recorded data at {}; set BHM_DATA", data.display());
-    None
-}
-
 /// A GPyTorch model of as many inducing points, trained offline, reached an AUC of .978 and a NLL of .182.
 #[test]
 fn eight_hundred_inducing_points_map_the_intel_log() {
-    let Some(data) = data() else { return };
-    let read = |part: &str| -> Vec<LabelledPoints> {
-        PointLog::read(&data.join(format!("intel-beams-{part}.csv.gz"))).unwrap().scans
+    let read = |part: &str| -> Option<Vec<LabelledPoints>> {
+        Some(PointLog::read(&common::recorded(&format!("intel-beams-{part}.csv.gz"))?).unwrap().scans)
     };
-    let task = Task::of_points(read("train"), read("test"), COMPACT.settings.limits, |_| None);
+    let (Some(train), Some(test)) = (read("train"), read("test")) else { return };
+    let task = Task::of_points(train, test, COMPACT.settings.limits, |_| None);
     let entry = baselines::all().find(|entry| entry.name == "vsdgpom").unwrap();
     let Size::Count(size, _) = entry.size else { panic!("{:?}", entry.size) };
     assert_eq!(size, 800.0);
