@@ -3,16 +3,17 @@
 mod common;
 
 use bhm_core::{
-    beam::{BeamLimits, BeamTally},
+    beam::{BeamLimits, BeamTally, Observation},
     geometry::{Point, Pose, PoseCovariance},
     lattice::MAX_NODE,
+    map::Map as _,
     profile::{COMPACT, Capacities, Profile},
     scan::ScanRejected,
     scan::{MAX_BEAMS, ScanHeader},
     settings::Settings,
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
-use common::posterior_bits;
+use common::{labelled, posterior_bits};
 
 type Map = OwnedMapper<144, 40>;
 
@@ -77,7 +78,7 @@ fn bad_ranges_are_counted_and_leave_no_trace() {
             BeamTally { hits: 49, no_return: 3, not_a_number: 3, negative: 3, too_near: 2, ..BeamTally::default() };
         assert_eq!(report.beams, expected);
         assert_eq!((report.beams.total(), report.beams.dropped()), (60, 8));
-        assert_eq!(report.points.unplaceable, 0);
+        assert_eq!(report.observations.unplaceable, 0);
     }
     assert!(state(&dirty) == state(&clean));
 }
@@ -105,17 +106,17 @@ fn what_is_rejected_leaves_no_trace() {
         change(&mut scan);
         scan
     };
-    let pose = |x, y, theta| with(&|scan| scan.map_from_sensor = Pose::new(x, y, theta));
+    let pose = |x, y, theta| with(&|scan| scan.header.map_from_sensor = Pose::new(x, y, theta));
     let angles = |min, increment| {
         with(&|scan| {
-            scan.angle_min_rad = min;
-            scan.angle_increment_rad = increment;
+            scan.header.angle_min_rad = min;
+            scan.header.angle_increment_rad = increment;
         })
     };
     let limits = |min, max| {
         with(&|scan| {
-            scan.range_min_m = min;
-            scan.range_max_m = max;
+            scan.header.range_min_m = min;
+            scan.header.range_max_m = max;
         })
     };
     let many = with(&|scan| scan.ranges_m = vec![1.0; MAX_BEAMS + 1]);
@@ -148,7 +149,7 @@ fn what_is_rejected_leaves_no_trace() {
         PoseCovariance { theta_rad2: nan, ..PoseCovariance::independent(0.1, 0.01) },
         PoseCovariance { xy_m2: 0.02, ..PoseCovariance::independent(0.1, 0.01) },
     ] {
-        rejected.push((with(&|scan| scan.pose_covariance = Some(covariance)), ScanRejected::PoseCovariance));
+        rejected.push((with(&|scan| scan.header.pose_covariance = Some(covariance)), ScanRejected::PoseCovariance));
     }
     for stamp_ns in [0, 1, 99] {
         rejected.push((good(stamp_ns), ScanRejected::StampWentBack { stamp_ns, newest_ns: 100 }));
@@ -177,24 +178,20 @@ fn points_that_are_no_points_are_counted_and_leave_no_trace() {
         mixed.insert(i * 7, *point);
     }
     let integrate = |map: &mut Map, points: &[[f32; 2]]| {
-        let places: Vec<_> = points.iter().map(|at| Point::<2>::from(*at)).collect();
-        let labels: Vec<_> = points.iter().map(|at| at[0] > 2.0 && at[1] == 1.0).collect();
-        map.integrate_points(&places, &labels).unwrap()
+        map.integrate_observations(&labelled(points, |at| at[0] > 2.0 && at[1] == 1.0)).unwrap()
     };
     for _ in 0..3 {
         let report = integrate(&mut dirty, &mixed);
-        assert_eq!((report.points.unplaceable, report.points.used), (bad.len() as u32, good.len() as u32));
+        assert_eq!((report.observations.unplaceable, report.observations.used), (bad.len() as u32, good.len() as u32));
         integrate(&mut clean, &good);
     }
     assert!(state(&dirty) == state(&clean));
 
     let before = state(&dirty);
-    let three = [Point::<2>::zeros(); 3];
-    let missing = ScanRejected::LabelsMissing { points: 3, labels: 2 };
-    assert_eq!(dirty.integrate_points(&three, &[true; 2]), Err(missing));
-    let many = COMPACT.capacities.points + 1;
-    let too_many = ScanRejected::TooManyPoints { points: many, capacity: many - 1 };
-    assert_eq!(dirty.integrate_points(&vec![three[0]; many], &vec![true; many]), Err(too_many));
+    let many = COMPACT.capacities.observations + 1;
+    let too_many = ScanRejected::TooManyObservations { observations: many, capacity: many - 1 };
+    let origin = Observation::at_point(Point::zeros(), true);
+    assert_eq!(dirty.integrate_observations(&vec![origin; many]), Err(too_many));
     assert!(state(&dirty) == before);
 }
 
@@ -207,24 +204,24 @@ fn beams_past_the_lattice_are_counted() {
         ScanRecord { header: ScanHeader { map_from_sensor: Pose::new(edge_m, 0.0, 0.0), ..good(1).header }, ..good(1) };
     let report = map.integrate(&scan.as_scan()).unwrap();
     assert_eq!(report.tiles_failed, 0);
-    assert!(report.points.unplaceable > 0 && report.points.used > 0, "{report:?}");
+    assert!(report.observations.unplaceable > 0 && report.observations.used > 0, "{report:?}");
 }
 
 /// More observations than the lent memory: thinned beam by beam, and every beam accounted for.
 #[test]
 fn thinned_beams_are_all_accounted_for() {
-    for points in [1_000, 200, 60, 20] {
-        let profile = Profile { capacities: Capacities { points, ..COMPACT.capacities }, ..COMPACT };
+    for observations in [1_000, 200, 60, 20] {
+        let profile = Profile { capacities: Capacities { observations, ..COMPACT.capacities }, ..COMPACT };
         let mut map = Map::new(&profile).unwrap();
         let report = map.integrate(&good(1).as_scan()).unwrap();
-        assert_eq!(report.beams.total(), 60, "{points} points: {report:?}");
+        assert_eq!(report.beams.total(), 60, "room for {observations}: {report:?}");
     }
 }
 
 /// Even where the memory does not hold a single beam.
 #[test]
 fn beams_are_accounted_for_where_not_one_fits() {
-    let profile = Profile { capacities: Capacities { points: 2, ..COMPACT.capacities }, ..COMPACT };
+    let profile = Profile { capacities: Capacities { observations: 2, ..COMPACT.capacities }, ..COMPACT };
     let mut map = Map::new(&profile).unwrap();
     let report = map.integrate(&good(1).as_scan()).unwrap();
     assert_eq!(report.rows, 0);
@@ -263,7 +260,7 @@ fn a_covered_lens_is_learned() {
                 };
                 failed += map.integrate(&scan.as_scan()).unwrap().tiles_failed;
             }
-            let at = good(0).map_from_sensor.point_along(1.0, radius_m);
+            let at = good(0).header.map_from_sensor.point_along(1.0, radius_m);
             println!(
                 "{beams} beams of {radius_m} m, 20 scans: {failed} updates failed; {:?}",
                 map.mapper().occupancy(&at)
@@ -280,8 +277,8 @@ fn a_thousand_times_the_same_is_learned() {
     for count in [300, 1_000, 3_000] {
         for every_second in [false, true] {
             let mut map = open();
-            let labels: Vec<_> = (0..count).map(|i| every_second && i % 2 == 0).collect();
-            let report = map.integrate_points(&vec![Point::<2>::new(1.2, 1.15); count], &labels).unwrap();
+            let told = |i| Observation::at_point(Point::<2>::new(1.2, 1.15), every_second && i % 2 == 0);
+            let report = map.integrate_observations(&(0..count).map(told).collect::<Vec<_>>()).unwrap();
             if report.tiles_failed > 0 {
                 failures.push((count, every_second, report.tiles_failed));
             }

@@ -3,7 +3,7 @@
 mod common;
 
 use bhm_core::{
-    beam::LabelledPlace,
+    beam::Observation,
     profile::COMPACT,
     reference::{Features, Kernel, Rule, XiStart},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
@@ -113,7 +113,7 @@ fn on_the_rows_of_a_drive() {
     for drive in drives() {
         // Twelve supports a side, of which those in the middle are where the drive is busy.
         let features = Features { origin_m: drive.busy_m.map(|x| f64::from(x) - 2.75), ..lattice(12) };
-        let inside = |point: &LabelledPlace| {
+        let inside = |point: &Observation<2>| {
             let at = [f64::from(point.place.middle_m().x), f64::from(point.place.middle_m().y)];
             features.hold_whole(4, &at).then(|| row(&features, &at, point.occupied))
         };

@@ -4,6 +4,7 @@ mod common;
 
 use bhm_core::{
     geometry::Point,
+    map::Map as _,
     profile::{COMPACT, Capacities, INDOOR, Profile},
     reference::TileBlend,
 };
@@ -22,8 +23,10 @@ struct Learned {
 
 /// Every eighth scan of a drive; every tile of it stays in the store.
 fn learned(profile: &Profile, drive: &Drive) -> Learned {
-    let profile =
-        Profile { capacities: Capacities { tiles: 1_024, points: 32_768, rows: 32_768, touched: 1_024 }, ..*profile };
+    let profile = Profile {
+        capacities: Capacities { tiles: 1_024, observations: 32_768, rows: 32_768, touched: 1_024 },
+        ..*profile
+    };
     let mut map = Map::new(&profile).unwrap();
     let mut observed = Vec::new();
     for scan in drive.scans.iter().step_by(8) {
@@ -48,10 +51,11 @@ impl Learned {
         let settings = self.map.mapper().settings();
         let tile = self.indices[stream.below(self.indices.len())];
         let axis = stream.below(2);
-        let region = settings.tile_width[axis] - settings.stencil + 1;
+        let region = settings.tile.width[axis] - settings.tile.stencil + 1;
         let mut cells = [0.0; 2];
         for (other, cell) in cells.iter_mut().enumerate() {
-            let low = tile[other] as f64 * settings.tile_stride[other] as f64 + settings.stencil as f64 / 2.0 - 1.0;
+            let low =
+                tile[other] as f64 * settings.tile.stride[other] as f64 + settings.tile.stencil as f64 / 2.0 - 1.0;
             *cell = if other == axis {
                 low + if stream.below(2) == 0 { 0.0 } else { region as f64 }
             } else {

@@ -5,10 +5,12 @@ mod common;
 use std::collections::BTreeMap;
 
 use bhm_core::{
+    beam::Observation,
     geometry::Point,
+    map::Map as _,
     profile::{COMPACT, Capacities, Profile},
     rule::AnyRule,
-    settings::Settings,
+    settings::{BiasSettings, Settings},
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
 use common::{Stream, drives, posterior_bits};
@@ -39,7 +41,7 @@ fn learn(profile: &Profile, scans: &[ScanRecord]) -> (Map, u32) {
 /// Both rules, forgetting and a bias: whatever runs over a tile.
 fn variants() -> impl Iterator<Item = Settings> {
     AnyRule::ALL.iter().flat_map(|rule| {
-        [(1.0, false), (0.9, true)].map(|(forgetting, bias)| Settings {
+        [(1.0, None), (0.9, Some(BiasSettings::DEFAULT))].map(|(forgetting, bias)| Settings {
             rule: *rule,
             forgetting,
             bias,
@@ -85,14 +87,14 @@ fn a_small_store_with_an_archive_is_a_large_store() {
 }
 
 /// Labelled points around a place, as batches.
-fn batches(seed: u64, middle: [f64; 2]) -> Vec<Vec<(Point<2>, bool)>> {
+fn batches(seed: u64, middle: [f64; 2]) -> Vec<Vec<Observation<2>>> {
     let mut stream = Stream::new(seed);
     (0..6)
         .map(|_| {
             (0..80)
                 .map(|_| {
                     let at = middle.map(|x| (x + stream.between(-3.0, 3.0)) as f32);
-                    (Point::from(at), stream.unit() < 0.3)
+                    Observation::at_point(Point::from(at), stream.unit() < 0.3)
                 })
                 .collect()
         })
@@ -102,9 +104,8 @@ fn batches(seed: u64, middle: [f64; 2]) -> Vec<Vec<(Point<2>, bool)>> {
 #[test]
 fn what_happens_elsewhere_does_not_matter() {
     let (here, there) = (batches(1, [0.0, 0.0]), batches(2, [200.0, -150.0]));
-    let learn = |map: &mut Map, batch: &[(Point<2>, bool)]| {
-        let (places, labels): (Vec<_>, Vec<_>) = batch.iter().copied().unzip();
-        map.integrate_points(&places, &labels).unwrap();
+    let learn = |map: &mut Map, batch: &[Observation<2>]| {
+        map.integrate_observations(batch).unwrap();
     };
     for settings in variants() {
         let open = || Map::new(&profile(64, settings)).unwrap();

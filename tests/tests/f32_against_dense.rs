@@ -3,17 +3,20 @@
 mod common;
 
 use bhm_core::{
-    beam::LabelledPlace,
+    beam::Observation,
     geometry::Point,
-    kernel::KernelChoice,
+    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
+    map::Map,
     profile::{COMPACT, Capacities, Profile},
     reference::{DenseMap, Features, Matrix, Rule, TileBlend, XiStart},
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart as CoreXiStart},
-    settings::Settings,
+    settings::{BiasSettings, PriorSettings, Settings, TileSettings},
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
 use common::{Differences, Drive, SAFEGUARD, Stream, drives, points_of};
 
+const SPLINE: KernelSettings = KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT);
+const EXPONENTIAL: KernelSettings = KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT);
 const GAUSSIAN: AnyRule = AnyRule::GaussianVariational(GaussianVariational { xi_cap: 4.0 });
 const JAAKKOLA: AnyRule = AnyRule::JaakkolaJordan(JaakkolaJordan { start: CoreXiStart::PredictedUpTo(4.0) });
 
@@ -32,23 +35,20 @@ fn oracle_rule(rule: &AnyRule) -> Rule {
 }
 
 /// One tile over the place where a drive spends many scans.
-fn one_tile(drive: &Drive, width: usize, kernel: KernelChoice, stencil: usize, rule: AnyRule, bias: bool) -> Profile {
+fn one_tile(drive: &Drive, width: usize, kernel: KernelSettings, stencil: usize, rule: AnyRule, bias: bool) -> Profile {
     let half_m = 0.25 * (width - 1) as f32;
+    let PriorSettings::White(prior) = COMPACT.settings.prior;
     Profile {
         settings: Settings {
             origin_m: drive.busy_m.map(|middle_m| middle_m - half_m),
             kernel,
-            stencil,
-            tile_width: [width; 2],
-            tile_stride: [width - stencil; 2],
-            tile_count: Some([1, 1]),
+            tile: TileSettings { stencil, width: [width; 2], stride: [width - stencil; 2], count: Some([1, 1]) },
             rule,
-            bias,
             // As weak as a weight's: the hardest case for `f32`.
-            bias_precision: COMPACT.settings.prior_precision,
+            bias: bias.then_some(BiasSettings { precision: prior.precision }),
             ..COMPACT.settings
         },
-        capacities: Capacities { tiles: 1, points: 32_768, rows: 32_768, touched: 4 },
+        capacities: Capacities { tiles: 1, observations: 32_768, rows: 32_768, touched: 4 },
         ..COMPACT
     }
 }
@@ -62,10 +62,10 @@ fn dense_map(settings: &Settings, stencil: usize) -> DenseMap<2> {
         width: blend.width,
         stencil,
         kernel: blend.kernel,
-        bias: settings.bias,
+        bias: settings.bias.is_some(),
     };
     let mut map = DenseMap::new(features, blend.prior_precision);
-    map.whole_stencil = settings.stencil;
+    map.whole_stencil = settings.tile.stencil;
     map
 }
 
@@ -73,13 +73,13 @@ fn dense_map(settings: &Settings, stencil: usize) -> DenseMap<2> {
 ///
 /// A bias is one more feature, 1; as a coupling of 0 the blend's coordinates are the plain ones.
 fn blended(settings: &Settings, map: &DenseMap<2>) -> TileBlend {
-    let mut blend = TileBlend::of(settings, settings.bias.then_some(0.0));
+    let mut blend = TileBlend::of(settings, settings.bias.map(|_| 0.0));
     let covariance: Matrix = map.posterior.covariance.clone();
     blend.insert([0, 0], map.posterior.mean.clone(), covariance);
     blend
 }
 
-fn place(point: &LabelledPlace) -> [f64; 2] {
+fn place(point: &Observation<2>) -> [f64; 2] {
     [f64::from(point.place.middle_m().x), f64::from(point.place.middle_m().y)]
 }
 
@@ -88,7 +88,7 @@ fn differences<const M: usize, const B: usize>(
     core: &OwnedMapper<M, B>,
     oracle: impl Fn(&[f64; 2]) -> f64,
     settings: &Settings,
-    observed: &[LabelledPlace],
+    observed: &[Observation<2>],
 ) -> (Differences, Differences) {
     let (mut at_observed, mut anywhere) = (Differences::default(), Differences::default());
     let ask = |point: [f32; 2]| {
@@ -100,7 +100,7 @@ fn differences<const M: usize, const B: usize>(
     }
     let mut stream = Stream::new(7);
     let (low, high) =
-        (settings.stencil as f64 / 2.0 - 1.0, settings.tile_width[0] as f64 - settings.stencil as f64 / 2.0);
+        (settings.tile.stencil as f64 / 2.0 - 1.0, settings.tile.width[0] as f64 - settings.tile.stencil as f64 / 2.0);
     for _ in 0..4_000 {
         let cell = [stream.between(low, high), stream.between(low, high)];
         let at = [0, 1].map(|axis| settings.origin_m[axis] + (cell[axis] * f64::from(settings.spacing_m)) as f32);
@@ -110,15 +110,15 @@ fn differences<const M: usize, const B: usize>(
 }
 
 /// The scans that say most about the tile, in the order of the drive.
-fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<LabelledPlace>> {
-    let features = dense_map(settings, settings.stencil).features;
-    let mut kept: Vec<(usize, usize, Vec<LabelledPlace>)> = scans
+fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<Observation<2>>> {
+    let features = dense_map(settings, settings.tile.stencil).features;
+    let mut kept: Vec<(usize, usize, Vec<Observation<2>>)> = scans
         .iter()
         .enumerate()
         .map(|(number, scan)| {
             let points: Vec<_> = points_of(scan, settings)
                 .into_iter()
-                .filter(|point| features.hold_whole(settings.stencil, &place(point)))
+                .filter(|point| features.hold_whole(settings.tile.stencil, &place(point)))
                 .collect();
             (points.len(), number, points)
         })
@@ -129,16 +129,14 @@ fn busiest(scans: &[ScanRecord], settings: &Settings, count: usize) -> Vec<Vec<L
     kept.into_iter().map(|(.., points)| points).collect()
 }
 
-fn learn<const M: usize, const B: usize>(core: &mut OwnedMapper<M, B>, points: &[LabelledPlace]) {
-    let places: Vec<_> = points.iter().map(|point| point.place.middle_m()).collect();
-    let labels: Vec<_> = points.iter().map(|point| point.occupied).collect();
-    let report = core.integrate_points(&places, &labels).expect("usable points");
+fn learn<const M: usize, const B: usize>(core: &mut OwnedMapper<M, B>, points: &[Observation<2>]) {
+    let report = core.integrate_observations(points).expect("usable points");
     assert_eq!((report.tiles_failed, report.rows_refused, report.rows_over_capacity), (0, 0, 0));
 }
 
 struct Run<'a> {
     what: &'a str,
-    scans: &'a [Vec<LabelledPlace>],
+    scans: &'a [Vec<Observation<2>>],
     repeats: usize,
     /// Supports a side that the oracle's points see.
     oracle_stencil: usize,
@@ -188,7 +186,7 @@ fn is_within(differences: (Differences, Differences), rms: f64, largest: f64) {
 
 fn three_hundred(rule: AnyRule, what: &str, bias: bool, rms: f64, largest: f64) {
     for drive in drives() {
-        let profile = one_tile(&drive, 16, KernelChoice::CubicBSpline, 4, rule, bias);
+        let profile = one_tile(&drive, 16, SPLINE, 4, rule, bias);
         let scans = busiest(&drive.scans, &profile.settings, 300);
         assert_eq!(scans.len(), 300);
         let what = format!("{}, {what}", drive.name);
@@ -221,7 +219,7 @@ fn bias_and_paper_rule_over_three_hundred_scans() {
 #[test]
 fn bias_and_squared_exponential() {
     for drive in drives() {
-        let profile = one_tile(&drive, 16, KernelChoice::SquaredExponential, 6, GAUSSIAN, true);
+        let profile = one_tile(&drive, 16, EXPONENTIAL, 6, GAUSSIAN, true);
         let scans = busiest(&drive.scans, &profile.settings, 50);
         let what = format!("{}, squared exponential with bias", drive.name);
         let run = Run { what: &what, scans: &scans, repeats: 50, oracle_stencil: 6 };
@@ -232,7 +230,7 @@ fn bias_and_squared_exponential() {
 /// Twenty scans from a place where the robot stands, over and over: of the simulated lidar, which sees twice as much of the
 /// tile and whose readings repeat to a centimetre, fewer times.
 fn standing_still(drive: &Drive, rule: AnyRule, what: &str) -> (Differences, Differences) {
-    let profile = one_tile(drive, 12, KernelChoice::CubicBSpline, 4, rule, false);
+    let profile = one_tile(drive, 12, SPLINE, 4, rule, false);
     let points = busiest(&drive.standing(20), &profile.settings, 20);
     assert!(points.iter().flatten().count() > 200, "{}: scans that say little", drive.name);
     let what = format!("{}, {what}, standing still", drive.name);
@@ -261,7 +259,7 @@ fn paper_rule_standing_still_for_thousands_of_scans() {
 /// the cut costs).
 fn squared_exponential<const M: usize, const B: usize>(stencil: usize) {
     for drive in drives() {
-        let profile = one_tile(&drive, 16, KernelChoice::SquaredExponential, stencil, GAUSSIAN, false);
+        let profile = one_tile(&drive, 16, EXPONENTIAL, stencil, GAUSSIAN, false);
         let scans = busiest(&drive.scans, &profile.settings, 50);
         let run = |what: &str, oracle_stencil| {
             let what = format!("{}, squared exponential, stencil {stencil}, {what}", drive.name);

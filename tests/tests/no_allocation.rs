@@ -1,9 +1,12 @@
 //! Nothing allocates once a map exists, and memory stays flat however long the robot drives.
 
-use bhm_core::scan::ScanHeader;
 use std::alloc::System;
 
-use bhm_core::profile;
+use bhm_core::{
+    map::Map,
+    profile,
+    scan::{Scan, ScanHeader},
+};
 use bhm_host::{ScanRecord, map::OwnedMapper, sim};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
@@ -20,7 +23,7 @@ fn ten_thousand_scans_allocate_nothing() {
         .step_by(12)
         .map(|mut scan| {
             // Every tenth beam: the claim is about memory, and the test should end soon.
-            scan.angle_increment_rad *= 10.0;
+            scan.header.angle_increment_rad *= 10.0;
             scan.ranges_m = scan.ranges_m.into_iter().step_by(10).collect();
             scan
         })
@@ -33,7 +36,7 @@ fn ten_thousand_scans_allocate_nothing() {
 
     // The archive grows until every tile has been evicted once; after that nothing may allocate at all.
     let mut integrate = |scan: &ScanRecord, stamp_ns: u64| {
-        let scan = bhm_core::scan::Scan { header: ScanHeader { stamp_ns, ..scan.as_scan().header }, ..scan.as_scan() };
+        let scan = Scan { header: ScanHeader { stamp_ns, ..scan.as_scan().header }, ..scan.as_scan() };
         owned.integrate(&scan).expect("the simulated scan is sound")
     };
     let laps = SCANS as usize / recorded.len() + 1;

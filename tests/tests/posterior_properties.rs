@@ -5,15 +5,16 @@ mod common;
 use bhm_core::{
     em,
     geometry::Point,
-    kernel::KernelChoice,
-    posterior::{Entry, NotPositiveDefinite, RowError, RowState, Rows},
+    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
+    map::Map,
+    posterior::{NotPositiveDefinite, Pattern, RowError, RowState, Rows},
     profile::{COMPACT, Capacities, Profile},
     reference::{DenseMap, DensePosterior, Features, Observation, Rule, TileBlend, XiStart},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
-    settings::Settings,
+    settings::{BiasSettings, Settings, TileSettings},
 };
 use bhm_host::map::OwnedMapper;
-use common::{Learner, SAFEGUARD, SparseRow, Stream, observations};
+use common::{BandedRow, Learner, SAFEGUARD, SparseRow, Stream, labelled, observations};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -120,44 +121,78 @@ proptest! {
     })]
 
     #[test]
-    fn a_row_that_does_not_fit_is_an_error_and_changes_nothing(seed in any::<u64>(), kind in 0..6_usize) {
+    fn a_row_that_does_not_fit_is_an_error_and_changes_nothing(seed in any::<u64>(), kind in 0..8_usize) {
         const M: usize = 30;
         const B: usize = 7;
         let mut stream = Stream::new(seed);
-        let good: Vec<_> = (0..8).map(|_| random_row(&mut stream, M, B)).collect();
-        let entry = |index: usize, value: f32| Entry { index: index as u32, value };
-        let first = stream.below(M - B);
-        let (bad, bias, expected) = match kind {
-            0 => {
-                // The nearest that is too far, as often as any.
-                let last = first + B + stream.below(2) * stream.below(M - B - first);
-                (vec![entry(first, 1.0), entry(last, 0.5)], 0.0, RowError::OutsideBand { first, last, band: B })
+        const LEN: usize = 5;
+        let pattern = Pattern::new(1, [0, 1, 2, 4, 6]).expect("a pattern");
+        let mut features: Vec<f32> = (0..9 * LEN).map(|_| stream.between(-0.5, 1.0) as f32).collect();
+        // The nearest that is too far to the right, as often as any.
+        let too_far = M + 1 - B + stream.below(2) * stream.below(1_000_000);
+        let (feature, first) = (stream.below(LEN), stream.below(M + 1 - B));
+        let not_finite = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][stream.below(3)];
+        let number = 9 + stream.below(2) * stream.below(1_000_000);
+        // The ninth row's features, its first weight and its bias's feature.
+        let (number, first, bias, expected) = match kind {
+            0 => (8, too_far, 0.0, RowError::OutsideMatrix { index: too_far + B - 1, supports: M }),
+            1 => (8, M + stream.below(2) * (usize::MAX - M), 0.0, RowError::OutsideMatrix { index: 0, supports: M }),
+            2 | 3 => {
+                features[8 * LEN + feature] = not_finite;
+                (8, first, 0.0, RowError::NotFinite { feature })
             }
-            1 => {
-                let index = M + stream.below(1_000_000);
-                (vec![entry(index, 1.0)], 0.0, RowError::OutsideMatrix { index, supports: M })
-            }
-            2 => (vec![entry(first + 1, 1.0), entry(first, 1.0)], 0.0, RowError::NotAscending { index: first }),
-            3 => (vec![entry(first, 1.0), entry(first, 1.0)], 0.0, RowError::NotAscending { index: first }),
-            4 => (vec![entry(first, f32::NAN)], 0.0, RowError::NotFinite { index: first }),
-            _ => (vec![entry(first, 1.0)], f32::INFINITY, RowError::NotFinite { index: M }),
+            4 => (8, first, not_finite, RowError::NotFinite { feature: LEN }),
+            5 => (number, first, 0.0, RowError::NoFeatures { number }),
+            6 => (usize::MAX / (1 + stream.below(2) * LEN), first, 0.0, RowError::NoFeatures { number: 0 }),
+            _ => (8, first, 0.0, RowError::Full),
         };
+        let expected = match expected {
+            RowError::OutsideMatrix { index: 0, supports } => {
+                RowError::OutsideMatrix { index: first.saturating_add(B).saturating_sub(1), supports }
+            }
+            RowError::NoFeatures { .. } => RowError::NoFeatures { number },
+            other => other,
+        };
+        let good: Vec<(usize, bool)> = (0..8).map(|_| (stream.below(M + 1 - B), stream.unit() < 0.5)).collect();
+        // Where there is no room it is the last that does not fit.
+        let at = if expected == RowError::Full { 8 } else { 4 };
         let run = |intrude: bool| {
             let mut learner = Learner::<M, B>::flat(0.1);
-            let (mut entries, mut states) = (vec![Entry::default(); 200], vec![RowState::default(); 20]);
-            let mut rows = Rows::new(&mut entries, &mut states);
-            for (number, row) in good.iter().enumerate() {
-                if intrude && number == 4 {
-                    assert_eq!(rows.push::<M, B>(bad.clone(), bias, true), Err(expected));
-                    assert_eq!(rows.len(), 4);
+            let mut states = vec![RowState::ZERO; if expected == RowError::Full { 8 } else { 20 }];
+            let mut rows = Rows::new(&pattern, &features, &mut states);
+            for place in 0..=8 {
+                if intrude && place == at {
+                    assert_eq!(rows.push::<M, B>(number, first, bias, true), Err(expected));
+                    assert_eq!(rows.len(), place);
                 }
-                let entries = row.entries.iter().map(|(index, value)| entry(*index as usize, *value));
-                rows.push::<M, B>(entries, 0.0, row.occupied).unwrap();
+                if let Some((first, occupied)) = good.get(place) {
+                    rows.push::<M, B>(place, *first, 0.0, *occupied).unwrap();
+                }
             }
             em::update(&mut learner.posterior, &mut rows, &JAAKKOLA, 2, &mut learner.scratch).unwrap();
             learner.posterior
         };
         prop_assert!(run(false) == run(true));
+    }
+
+    /// Whatever else is wrong with the row, and whether or not there is a weight that far away.
+    #[test]
+    fn a_pattern_wider_than_the_band_is_an_error(first in 0..40_usize, gap in 0..40_usize, number in 0..3_usize) {
+        let pattern = Pattern::new(3, [0, 3 + gap]).expect("a pattern");
+        let (features, mut states) = ([0.5; 12], [RowState::ZERO; 4]);
+        let mut rows = Rows::new(&pattern, &features, &mut states);
+        let span = 6 + gap;
+        let pushed = rows.push::<30, 17>(number, first, 0.0, true);
+        if span > 17 {
+            prop_assert_eq!(pushed, Err(RowError::OutsideBand { span, band: 17 }));
+        } else if first + span > 30 {
+            prop_assert_eq!(pushed, Err(RowError::OutsideMatrix { index: first + span - 1, supports: 30 }));
+        } else if number == 2 {
+            prop_assert_eq!(pushed, Err(RowError::NoFeatures { number }));
+        } else {
+            prop_assert_eq!(pushed, Ok(()));
+        }
+        prop_assert_eq!(rows.len(), usize::from(pushed.is_ok()));
     }
 
     #[test]
@@ -182,31 +217,32 @@ proptest! {
 
 #[test]
 fn full_memory_is_an_error() {
-    let (mut entries, mut states) = ([Entry::default(); 3], [RowState::default(); 2]);
-    let mut rows = Rows::new(&mut entries, &mut states);
-    let row = |from: u32| [Entry { index: from, value: 1.0 }, Entry { index: from + 1, value: 1.0 }];
-    assert_eq!(rows.push::<8, 4>(row(0), 0.0, true), Ok(()));
-    assert_eq!(rows.push::<8, 4>(row(2), 0.0, true), Err(RowError::Full));
-    assert_eq!(rows.push::<8, 4>([Entry { index: 2, value: 1.0 }], 0.0, true), Ok(()));
-    assert_eq!(rows.push::<8, 4>([], 0.0, true), Err(RowError::Full));
+    let (pattern, features, mut states) = (Pattern::contiguous(2), [1.0; 6], [RowState::ZERO; 2]);
+    let mut rows = Rows::new(&pattern, &features, &mut states);
+    assert_eq!(rows.push::<8, 4>(0, 0, 0.0, true), Ok(()));
+    assert_eq!(rows.push::<8, 4>(1, 6, 0.0, true), Ok(()));
+    assert_eq!(rows.push::<8, 4>(2, 2, 0.0, true), Err(RowError::Full));
     assert_eq!(rows.len(), 2);
+    rows.clear();
+    assert_eq!((rows.push::<8, 4>(2, 2, 0.0, true), rows.len()), (Ok(()), 1));
+    assert_eq!(Rows::new(&pattern, &features, &mut []).push::<8, 4>(0, 0, 0.0, true), Err(RowError::Full));
 }
 
 /// Forgetting through the façade, with a bias and both kernels: the power prior in the plain coordinates of the oracle.
 #[test]
 fn forgetting_in_a_map_is_the_power_prior() {
-    for (kernel, stencil) in [(KernelChoice::CubicBSpline, 4), (KernelChoice::SquaredExponential, 6)] {
+    let kernels = [
+        (KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT), 4),
+        (KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT), 6),
+    ];
+    for (kernel, stencil) in kernels {
         for bias in [false, true] {
             let profile = Profile {
                 settings: Settings {
                     kernel,
-                    stencil,
-                    tile_width: [12; 2],
-                    tile_stride: [12 - stencil; 2],
-                    tile_count: Some([1, 1]),
+                    tile: TileSettings { stencil, width: [12; 2], stride: [12 - stencil; 2], count: Some([1, 1]) },
                     forgetting: 0.8,
-                    bias,
-                    bias_precision: 1e-4,
+                    bias: bias.then_some(BiasSettings { precision: 1e-4 }),
                     ..COMPACT.settings
                 },
                 capacities: Capacities { tiles: 1, ..COMPACT.capacities },
@@ -222,17 +258,14 @@ fn forgetting_in_a_map_is_the_power_prior() {
             let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
             let mut stream = Stream::new(9);
             for scan in 0..12 {
-                let batch: Vec<_> = (0..80)
-                    .map(|_| [stream.between(1.1, 4.4) as f32, stream.between(1.1, 4.4) as f32])
-                    .map(|at| (at, (at[0] > 3.0) ^ (scan > 6)))
-                    .collect();
-                let places: Vec<_> = batch.iter().map(|(at, _)| Point::<2>::from(*at)).collect();
-                let labels: Vec<_> = batch.iter().map(|(_, occupied)| *occupied).collect();
-                map.integrate_points(&places, &labels).unwrap();
+                let places: Vec<_> =
+                    (0..80).map(|_| [stream.between(1.1, 4.4) as f32, stream.between(1.1, 4.4) as f32]).collect();
+                let occupied = |at: &[f32; 2]| (at[0] > 3.0) ^ (scan > 6);
+                map.integrate_observations(&labelled(&places, occupied)).unwrap();
                 if scan > 0 {
                     dense.posterior.discount(&prior, f64::from(0.8_f32)).unwrap();
                 }
-                let points: Vec<_> = batch.iter().map(|(at, occupied)| (at.map(f64::from), *occupied)).collect();
+                let points: Vec<_> = places.iter().map(|at| (at.map(f64::from), occupied(at))).collect();
                 dense.learn(&points, &rule, 3).unwrap();
             }
             oracle.insert([0, 0], dense.posterior.mean.clone(), dense.posterior.covariance.clone());
@@ -252,6 +285,10 @@ fn forgetting_in_a_map_is_the_power_prior() {
 #[test]
 fn both_sides_see_the_same_rows() {
     let rows = [SparseRow { entries: vec![(1, 0.5), (3, 0.25)], occupied: true }];
+    // Of a band of three from where the row begins, and of one that is pushed back to fit.
+    let banded = [BandedRow::plain::<5, 3>(&rows[0]), BandedRow::plain::<5, 5>(&rows[0])];
+    assert_eq!((banded[0].first, &banded[0].values[..]), (1, &[0.5, 0.0, 0.25][..]));
+    assert_eq!((banded[1].first, &banded[1].values[..]), (0, &[0.0, 0.5, 0.0, 0.25, 0.0][..]));
     let [Observation { phi, occupied }] = observations::<5>(&rows).try_into().unwrap();
     assert_eq!((phi, occupied), (vec![0.0, 0.5, 0.0, 0.25, 0.0], true));
 }

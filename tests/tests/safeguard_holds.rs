@@ -6,11 +6,10 @@ mod common;
 use std::cell::RefCell;
 
 use bhm_core::{
-    posterior::Entry,
     reference::{DensePosterior, Features, Kernel, Observation, Prediction},
     rule::{AnyRule, GaussianVariational},
 };
-use common::{Learner, SAFEGUARD, SparseRow, Stream, observations};
+use common::{BandedRow, Learner, SAFEGUARD, SparseRow, Stream, observations};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 
@@ -106,9 +105,7 @@ fn check(precision: f32, scans: &[Vec<SparseRow>], seen: &mut Seen) -> Result<()
         prop_assert!(posterior.mean.iter().chain(posterior.covariance.as_flattened()).all(|value| value.is_finite()));
         prop_assert!(posterior.information.as_flattened().iter().all(|value| value.is_finite()));
         for row in rows {
-            let entries: Vec<_> =
-                row.entries.iter().map(|(index, value)| Entry { index: *index, value: *value }).collect();
-            let moments = posterior.view().moments(&entries, 0.0);
+            let moments = posterior.view().moments(&BandedRow::plain::<M, B>(row).as_row());
             let probability =
                 Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance)).probability;
             prop_assert!((0.0..=1.0).contains(&probability));

@@ -5,14 +5,13 @@ mod common;
 use bhm_core::{
     basis::Basis,
     geometry::Point,
-    kernel::{Averaging, KernelChoice, KernelParameters},
+    kernel::{Averaging, CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
     lattice::{Lattice, Window, offsets},
-    posterior::Entry,
     reference::{DenseMap, Features, Kernel, Prediction, Rule, XiStart},
     rule::AnyRule,
     support::{AnySupport, SupportTable, Supports},
 };
-use common::{Differences, Learner, SAFEGUARD, SparseRow, Stream};
+use common::{BandedRow, Differences, Learner, SAFEGUARD, SparseRow, Stream};
 
 const WIDTH: usize = 5;
 const STENCIL: usize = 4;
@@ -41,13 +40,12 @@ fn row(basis: &Basis<3>, at: [f32; 3], occupied: bool) -> SparseRow {
     SparseRow { entries, occupied }
 }
 
-fn compare(kernel: KernelChoice, exact: Kernel, rule: &AnyRule, exact_rule: &Rule) {
+fn compare(kernel: KernelSettings, exact: Kernel, rule: &AnyRule, exact_rule: &Rule) {
     let window = Window { first: [0; 3], width: [WIDTH; 3] };
     assert_eq!((window.supports(), window.band(STENCIL)), (M, B));
     let lattice = Lattice::<3> { origin_m: Point::from(ORIGIN_M), spacing_m: SPACING_M, stencil: STENCIL };
-    let parameters = KernelParameters { spacing_m: SPACING_M, shape_m2: 0.6 * SPACING_M * SPACING_M };
     let supports = Supports { everywhere: AnySupport::default(), table: SupportTable::EMPTY };
-    let basis = Basis::new(lattice, kernel.build(&parameters), supports, Averaging::Exact, false);
+    let basis = Basis::new(lattice, kernel.build(SPACING_M), supports, Averaging::Exact, false);
     let features = Features::<3> {
         origin_m: ORIGIN_M.map(f64::from),
         spacing_m: f64::from(SPACING_M),
@@ -71,12 +69,8 @@ fn compare(kernel: KernelChoice, exact: Kernel, rule: &AnyRule, exact_rule: &Rul
     let (mut differences, mut slopes) = (Differences::default(), Differences::default());
     for _ in 0..2_000 {
         let at = place();
-        let entries: Vec<Entry> = row(&basis, at, false)
-            .entries
-            .iter()
-            .map(|(index, value)| Entry { index: *index, value: *value })
-            .collect();
-        let moments = learner.posterior.view().moments(&entries, 0.0);
+        let row = row(&basis, at, false);
+        let moments = learner.posterior.view().moments(&BandedRow::plain::<M, B>(&row).as_row());
         let got = Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance));
         differences.add(got.probability - dense.predict(&at.map(f64::from)).expect("inside").probability);
         // The gradient of every feature along every axis, by differences of the oracle's.
@@ -90,8 +84,8 @@ fn compare(kernel: KernelChoice, exact: Kernel, rule: &AnyRule, exact_rule: &Rul
                 features.at(&at)
             };
             let (ahead, behind) = (moved(1.0), moved(-1.0));
-            for (entry, gradient) in entries.iter().zip(&gradients.values) {
-                let exact = (ahead[entry.index()] - behind[entry.index()]) / (2.0 * STEP_M);
+            for ((index, _), gradient) in row.entries.iter().zip(&gradients.values) {
+                let exact = (ahead[*index as usize] - behind[*index as usize]) / (2.0 * STEP_M);
                 slopes.add(f64::from(gradient[axis]) - exact);
             }
         }
@@ -105,8 +99,11 @@ fn compare(kernel: KernelChoice, exact: Kernel, rule: &AnyRule, exact_rule: &Rul
 fn a_box_of_supports_agrees_with_the_oracle() {
     let spacing_m = f64::from(SPACING_M);
     let kernels = [
-        (KernelChoice::CubicBSpline, Kernel::CubicBSpline { spacing_m }),
-        (KernelChoice::SquaredExponential, Kernel::SquaredExponential { shape_m2: 0.6 * spacing_m * spacing_m }),
+        (KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT), Kernel::CubicBSpline { spacing_m }),
+        (
+            KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.6 }),
+            Kernel::SquaredExponential { shape_m2: 0.6 * spacing_m * spacing_m },
+        ),
     ];
     for (kernel, exact) in kernels {
         for rule in AnyRule::ALL {

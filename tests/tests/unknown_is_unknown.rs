@@ -3,11 +3,12 @@
 mod common;
 
 use bhm_core::{
+    beam::Observation,
     geometry::Point,
-    kernel::KernelChoice,
-    map::Occupancy,
+    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
+    map::{Map, Occupancy},
     profile::{COMPACT, Capacities, Profile},
-    settings::Settings,
+    settings::{BiasSettings, Settings},
 };
 use bhm_host::map::OwnedMapper;
 use common::{Stream, drives, points_of};
@@ -17,10 +18,10 @@ const SPACINGS: f32 = 6.0;
 const PROBABILITY: std::ops::RangeInclusive<f32> = 0.45..=0.55;
 const VARIANCE_RATIO: f32 = 10.0;
 
-fn profile(kernel: KernelChoice, bias: bool) -> Profile {
+fn profile(kernel: KernelSettings, bias: bool) -> Profile {
     Profile {
-        settings: Settings { bias, ..COMPACT.settings }.with_kernel(kernel),
-        capacities: Capacities { tiles: 512, points: 32_768, rows: 32_768, touched: 1_024 },
+        settings: Settings { bias: bias.then_some(BiasSettings::DEFAULT), ..COMPACT.settings }.with_kernel(kernel),
+        capacities: Capacities { tiles: 512, observations: 32_768, rows: 32_768, touched: 1_024 },
         ..COMPACT
     }
 }
@@ -33,16 +34,14 @@ struct Seen {
 }
 
 /// Asks at places far from every observation, of which many lie inside tiles that learned.
-fn check<const M: usize, const B: usize>(profile: &Profile, batches: &[Vec<([f32; 2], bool)>], what: &str) {
+fn check<const M: usize, const B: usize>(profile: &Profile, batches: &[Vec<Observation<2>>], what: &str) {
     let settings = &profile.settings;
     let mut map = OwnedMapper::<M, B>::new(profile).unwrap();
     let mut observed: Vec<[f32; 2]> = Vec::new();
     for batch in batches {
-        let places: Vec<_> = batch.iter().map(|(at, _)| Point::<2>::from(*at)).collect();
-        let labels: Vec<_> = batch.iter().map(|(_, occupied)| *occupied).collect();
-        let report = map.integrate_points(&places, &labels).unwrap();
+        let report = map.integrate_observations(batch).unwrap();
         assert_eq!(report.tiles_failed + report.tiles_evicted, 0);
-        observed.extend(batch.iter().map(|(at, _)| *at));
+        observed.extend(batch.iter().map(|observation| <[f32; 2]>::from(observation.place.middle_m())));
     }
     let view = map.mapper().view();
     let mut variances: Vec<f32> = observed.iter().map(|at| view.occupancy(&Point::from(*at)).variance).collect();
@@ -85,10 +84,10 @@ fn check<const M: usize, const B: usize>(profile: &Profile, batches: &[Vec<([f32
     }
 }
 
-fn every_kernel(bias: bool, batches: impl Fn(&Settings) -> Vec<Vec<([f32; 2], bool)>>, what: &str) {
-    let spline = profile(KernelChoice::CubicBSpline, bias);
+fn every_kernel(bias: bool, batches: impl Fn(&Settings) -> Vec<Vec<Observation<2>>>, what: &str) {
+    let spline = profile(KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT), bias);
     check::<144, 40>(&spline, &batches(&spline.settings), &format!("{what}, B-spline, bias {bias}"));
-    let exponential = profile(KernelChoice::SquaredExponential, bias);
+    let exponential = profile(KernelSettings::SquaredExponential(SquaredExponentialSettings::DEFAULT), bias);
     let what = format!("{what}, squared exponential, bias {bias}");
     check::<196, 76>(&exponential, &batches(&exponential.settings), &what);
 }
@@ -97,9 +96,7 @@ fn every_kernel(bias: bool, batches: impl Fn(&Settings) -> Vec<Vec<([f32; 2], bo
 fn driven(bias: bool) {
     for drive in drives() {
         let batches = |settings: &Settings| {
-            let batch =
-                |scan| points_of(scan, settings).iter().map(|p| (p.place.middle_m().into(), p.occupied)).collect();
-            drive.scans.iter().step_by(drive.scans.len() / 30).map(batch).collect()
+            drive.scans.iter().step_by(drive.scans.len() / 30).map(|scan| points_of(scan, settings)).collect()
         };
         every_kernel(bias, batches, drive.name);
     }
@@ -111,7 +108,7 @@ fn certain_places(bias: bool) {
         let batch: Vec<_> = (0..12)
             .flat_map(|i| {
                 let at = [(i % 4) as f32 * 9.3 + 0.7, (i / 4) as f32 * 8.1 + 0.9];
-                (0..5).map(move |k| ([at[0] + 0.1 * k as f32, at[1]], i % 3 == 0))
+                (0..5).map(move |k| Observation::at_point([at[0] + 0.1 * k as f32, at[1]].into(), i % 3 == 0))
             })
             .collect();
         vec![batch; 200]
@@ -122,7 +119,9 @@ fn certain_places(bias: bool) {
 /// All of one kind: a bias would love to call the whole world free.
 fn all_free(bias: bool) {
     let batches = |_: &Settings| {
-        let batch: Vec<_> = (0..400).map(|i| ([(i % 20) as f32 * 0.2, (i / 20) as f32 * 0.2], false)).collect();
+        let batch: Vec<_> = (0..400)
+            .map(|i| Observation::at_point([(i % 20) as f32 * 0.2, (i / 20) as f32 * 0.2].into(), false))
+            .collect();
         vec![batch; 20]
     };
     every_kernel(bias, batches, "all free");

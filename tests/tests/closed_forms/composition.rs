@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use bhm_core::{
     basis::Basis,
     geometry::{Place, Point},
-    kernel::{Averaging, KernelChoice, KernelParameters},
+    kernel::{Averaging, CubicBSplineSettings, KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     lattice::{Lattice, offsets},
     reference::{Average, Bump, Extent},
-    support::{SupportChoice, SupportParameters, SupportTable, Supports},
+    support::{GaussianSettings, PointSettings, RectangleSettings, SupportSettings, SupportTable, Supports},
 };
 
 use crate::{
@@ -19,27 +19,49 @@ use crate::{
 };
 
 const SPACING_M: f32 = 0.5;
+/// `g` of the kernels that have one, square metres. The spacing is a power of two: in its units it is the same number, shifted.
 const SHAPE_M2: f32 = 0.15;
+const SHAPE: f32 = SHAPE_M2 / (SPACING_M * SPACING_M);
+
+/// The kernel with that shape, if it has one.
+fn shaped(kernel: KernelSettings) -> KernelSettings {
+    match kernel {
+        KernelSettings::CubicBSpline(_) => kernel,
+        KernelSettings::SquaredExponential(_) => {
+            KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: SHAPE })
+        }
+        KernelSettings::TwoScales(_) => KernelSettings::TwoScales(TwoScalesSettings { shape: SHAPE }),
+    }
+}
+
+/// The support of that size, in spacings, if it has one.
+fn sized(support: SupportSettings, size: f32) -> SupportSettings {
+    match support {
+        SupportSettings::PointSupport(_) => support,
+        SupportSettings::GaussianSupport(_) => SupportSettings::GaussianSupport(GaussianSettings { size }),
+        SupportSettings::RectangularSupport(_) => {
+            SupportSettings::RectangularSupport(RectangleSettings { size, samples: Averaging::Exact })
+        }
+    }
+}
 
 fn basis(
-    kernel: KernelChoice,
-    support: SupportChoice,
+    kernel: KernelSettings,
+    support: SupportSettings,
     size: f32,
     stencil: usize,
     segments: Averaging,
 ) -> (Basis<'static, 2>, Bump<2>) {
     let lattice = Lattice { origin_m: Point::<2>::new(0.25, -1.0), spacing_m: SPACING_M, stencil };
-    let parameters = SupportParameters { spacing_m: SPACING_M, size, averaging: Averaging::Exact };
-    let supports = Supports { everywhere: support.build(&parameters), table: SupportTable::EMPTY };
-    let kernel_parameters = KernelParameters { spacing_m: SPACING_M, shape_m2: SHAPE_M2 };
+    let supports = Supports { everywhere: sized(support, size).build(SPACING_M), table: SupportTable::EMPTY };
     let g = f64::from(SHAPE_M2);
     let diagonal = |g: f64| [[g, 0.0], [0.0, g]];
     let bump = match kernel {
-        KernelChoice::SquaredExponential => Bump::Exponentials(vec![(1.0, diagonal(g))]),
-        KernelChoice::TwoScales => Bump::Exponentials(vec![(0.5, diagonal(g)), (0.5, diagonal(4.0 * g))]),
-        KernelChoice::CubicBSpline => Bump::Spline { spacing_m: SPACING_M.into() },
+        KernelSettings::SquaredExponential(_) => Bump::Exponentials(vec![(1.0, diagonal(g))]),
+        KernelSettings::TwoScales(_) => Bump::Exponentials(vec![(0.5, diagonal(g)), (0.5, diagonal(4.0 * g))]),
+        KernelSettings::CubicBSpline(_) => Bump::Spline { spacing_m: SPACING_M.into() },
     };
-    (Basis::new(lattice, kernel.build(&kernel_parameters), supports, segments, false), bump)
+    (Basis::new(lattice, shaped(kernel).build(SPACING_M), supports, segments, false), bump)
 }
 
 /// A place within one cell, ten metres around: coordinates are a few 1e-7 m off, of a width of 0.4 m.
@@ -51,23 +73,23 @@ fn place(stream: &mut Stream, segment: bool) -> Place<2> {
 }
 
 /// Which area a support of that size is to the oracle.
-fn extent(support: SupportChoice, size: f32) -> Extent<2> {
+fn extent(support: SupportSettings, size: f32) -> Extent<2> {
     let length = f64::from(size * SPACING_M);
     match support {
-        SupportChoice::PointSupport => Extent::POINT,
-        SupportChoice::GaussianSupport => {
+        SupportSettings::PointSupport(_) => Extent::POINT,
+        SupportSettings::GaussianSupport(_) => {
             let variance = length * length;
             Extent { covariance_m2: [[variance, 0.0], [0.0, variance]], ..Extent::POINT }
         }
-        SupportChoice::RectangularSupport => Extent { sides_m: [length; 2], ..Extent::POINT },
+        SupportSettings::RectangularSupport(_) => Extent { sides_m: [length; 2], ..Extent::POINT },
     }
 }
 
-fn agrees(kernel: KernelChoice, support: SupportChoice, segment: bool, spread: bool) {
-    let size = if support == SupportChoice::RectangularSupport { 1.0 } else { 0.2 };
+fn agrees(kernel: KernelSettings, support: SupportSettings, segment: bool, spread: bool) {
+    let size = if matches!(support, SupportSettings::RectangularSupport(_)) { 1.0 } else { 0.2 };
     let (basis, bump) = basis(kernel, support, size, 6, Averaging::Exact);
-    let spline = kernel == KernelChoice::CubicBSpline;
-    let blurred = spread || support == SupportChoice::GaussianSupport;
+    let spline = matches!(kernel, KernelSettings::CubicBSpline(_));
+    let blurred = spread || matches!(support, SupportSettings::GaussianSupport(_));
     let tolerance = match (spline, blurred) {
         // The spline's own statement for standard deviations up to 0.3 spacings.
         (true, true) => BLURRED_LITTLE,
@@ -114,8 +136,8 @@ fn agrees(kernel: KernelChoice, support: SupportChoice, segment: bool, spread: b
 
 #[test]
 fn of_every_kernel_support_and_place() {
-    for &kernel in KernelChoice::ALL {
-        for &support in SupportChoice::ALL {
+    for &kernel in KernelSettings::ALL {
+        for &support in SupportSettings::ALL {
             for segment in [false, true] {
                 for spread in [false, true] {
                     agrees(kernel, support, segment, spread);
@@ -126,10 +148,12 @@ fn of_every_kernel_support_and_place() {
 }
 
 /// The pieces of a cut segment, weighed by their lengths, are the segment.
-fn pieces_are_the_whole(kernel: KernelChoice, stencil: usize, shape_m2: f32) {
-    let (mut basis, mut bump) = basis(kernel, SupportChoice::PointSupport, 0.0, stencil, Averaging::Exact);
-    if kernel == KernelChoice::SquaredExponential {
-        basis.kernel = kernel.build(&KernelParameters { spacing_m: SPACING_M, shape_m2 });
+fn pieces_are_the_whole(kernel: KernelSettings, stencil: usize) {
+    let point = SupportSettings::PointSupport(PointSettings::DEFAULT);
+    let (mut basis, mut bump) = basis(kernel, point, 0.0, stencil, Averaging::Exact);
+    if let KernelSettings::SquaredExponential(settings) = kernel {
+        let shape_m2 = settings.shape * SPACING_M * SPACING_M;
+        basis.kernel = kernel.build(SPACING_M);
         bump = Bump::Exponentials(vec![(1.0, [[f64::from(shape_m2), 0.0], [0.0, f64::from(shape_m2)]])]);
     }
     let mut stream = Stream::new(3);
@@ -168,7 +192,7 @@ fn pieces_are_the_whole(kernel: KernelChoice, stencil: usize, shape_m2: f32) {
 
 #[test]
 fn of_cut_segments() {
-    pieces_are_the_whole(KernelChoice::CubicBSpline, 4, 0.0);
+    pieces_are_the_whole(KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT), 4);
     // exp(−(3 spacings)²/g) = 2e-10.
-    pieces_are_the_whole(KernelChoice::SquaredExponential, 6, 0.1);
+    pieces_are_the_whole(KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.4 }), 6);
 }

@@ -1,7 +1,7 @@
 //! The cubic B-spline, in every composition.
 
 use bhm_core::{
-    kernel::{KernelChoice, KernelParameters},
+    kernel::{CubicBSplineSettings, KernelSettings},
     reference::Bump,
 };
 
@@ -25,7 +25,7 @@ const BLURRED_MUCH: Tolerance = absolute(6e-3);
 /// A spline, and covariances up to a standard deviation of `deviation` spacings.
 pub fn draw<const D: usize>(stream: &mut Stream, over: Over, deviation: f64) -> Case<D> {
     let spacing_m = logarithmic(stream, 0.1, 1.0) as f32;
-    let kernel = KernelChoice::CubicBSpline.build(&KernelParameters { spacing_m, shape_m2: 0.0 });
+    let kernel = KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT).build(spacing_m);
     let spacing_m = f64::from(spacing_m);
     // Half a spacing for a width: 4.3 of them are as far as the spline reaches.
     let kernel = (kernel, Bump::Spline { spacing_m }, 0.5 * spacing_m);

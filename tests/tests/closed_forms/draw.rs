@@ -2,7 +2,9 @@
 
 use bhm_core::{
     geometry::Point,
-    kernel::{AnyKernel, Averaging, Kernel, KernelChoice, KernelParameters, SquaredExponential},
+    kernel::{
+        AnyKernel, Averaging, Kernel, KernelSettings, SquaredExponential, SquaredExponentialSettings, TwoScalesSettings,
+    },
     reference::{Average, Bump, Extent, Square},
     support::{AnySupport, GaussianSupport, PointSupport, RectangularSupport},
 };
@@ -78,17 +80,21 @@ pub enum Shape {
 /// A kernel, the same for the oracle, and how wide it is along its narrowest axis, metres.
 pub fn kernel<const D: usize>(stream: &mut Stream, shape: Shape) -> (AnyKernel<D>, Bump<D>, f64) {
     let shape_m2 = logarithmic(stream, 0.01, 16.0) as f32;
-    let parameters = KernelParameters { spacing_m: 0.5, shape_m2 };
+    // A power of two: in units of it a shape is the same number, shifted.
+    let spacing_m = 0.5;
+    let in_spacings = shape_m2 / (spacing_m * spacing_m);
     let g = f64::from(shape_m2);
     let isotropic = |g: f64| core::array::from_fn(|i| core::array::from_fn(|j| if i == j { g } else { 0.0 }));
     match shape {
         Shape::Isotropic => {
             let bump = Bump::Exponentials(vec![(1.0, isotropic(g))]);
-            (KernelChoice::SquaredExponential.build(&parameters), bump, g.sqrt())
+            let kernel = KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: in_spacings });
+            (kernel.build(spacing_m), bump, g.sqrt())
         }
         Shape::TwoScales => {
             let bump = Bump::Exponentials(vec![(0.5, isotropic(g)), (0.5, isotropic(4.0 * g))]);
-            (KernelChoice::TwoScales.build(&parameters), bump, g.sqrt())
+            let kernel = KernelSettings::TwoScales(TwoScalesSettings { shape: in_spacings });
+            (kernel.build(spacing_m), bump, g.sqrt())
         }
         Shape::Full => {
             let values = core::array::from_fn(|i| if i == 0 { g } else { g / logarithmic(stream, 1.0, 16.0) });

@@ -2,12 +2,12 @@
 
 use bhm_core::{
     em::{self, UpdateReport},
-    posterior::{BiasPrior, Entry, NotPositiveDefinite, Prior, RowState, Rows},
+    posterior::{BiasPrior, NotPositiveDefinite, Prior},
     reference::{DensePosterior, Matrix, Observation},
     rule::AnyRule,
 };
 
-use super::{Learner, SparseRow};
+use super::{BandedRow, Learner, SparseRow, push_all};
 
 /// One observation with a bias feature.
 #[derive(Clone, Debug)]
@@ -48,9 +48,11 @@ pub fn bordered_observations<const M: usize>(rows: &[BorderedRow]) -> Vec<Observ
     rows.iter().map(observation).collect()
 }
 
-/// A row's entries as the core takes them.
-pub fn entries(row: &SparseRow) -> Vec<Entry> {
-    row.entries.iter().map(|(index, value)| Entry { index: *index, value: *value }).collect()
+impl BorderedRow {
+    /// As the core takes it, in a band of `B` among `M` weights.
+    pub fn banded<const M: usize, const B: usize>(&self) -> BandedRow {
+        BandedRow::of::<M, B>(&self.row, self.bias)
+    }
 }
 
 impl<const M: usize, const B: usize> Learner<M, B> {
@@ -61,13 +63,8 @@ impl<const M: usize, const B: usize> Learner<M, B> {
         rule: &AnyRule,
         passes: u32,
     ) -> Result<UpdateReport, NotPositiveDefinite> {
-        let mut room = vec![Entry::default(); rows.iter().map(|row| row.row.entries.len()).sum()];
-        let mut states = vec![RowState::default(); rows.len()];
-        let mut pushed = Rows::new(&mut room, &mut states);
-        for row in rows {
-            pushed.push::<M, B>(entries(&row.row), row.bias, row.row.occupied).expect("an acceptable row");
-        }
-        em::update(&mut self.posterior, &mut pushed, rule, passes, &mut self.scratch)
+        let rows = rows.iter().map(|row| (&row.row, row.bias));
+        push_all::<M, B, _>(rows, |rows| em::update(&mut self.posterior, rows, rule, passes, &mut self.scratch))
     }
 
     /// `Λ` with the bias as the last weight, in `f64`.

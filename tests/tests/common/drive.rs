@@ -29,7 +29,7 @@ impl Drive {
         }
         // The recorded ones that lie closest together, of those that begin near the place.
         const NEAR_M: f32 = 3.0;
-        let position = |scan: &ScanRecord| <Position>::from(scan.map_from_sensor.position());
+        let position = |scan: &ScanRecord| <Position>::from(scan.header.map_from_sensor.position());
         let apart_m = |a: Position, b: Position| (a[0] - b[0]).hypot(a[1] - b[1]);
         let furthest_m = |window: &&[ScanRecord]| {
             window.iter().map(|scan| apart_m(position(scan), position(&window[0]))).fold(0.0, f32::max)
@@ -58,7 +58,7 @@ pub fn drives() -> Vec<Drive> {
 }
 
 /// The scans of the Intel Research Lab log.
-fn intel_scans() -> Option<Vec<ScanRecord>> {
+pub fn intel_scans() -> Option<Vec<ScanRecord>> {
     let directory = std::env::var_os("BHM_DATA")
         .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
     let path = directory.join("intel-corrected.log.gz");

@@ -2,22 +2,24 @@
 #![allow(dead_code, unused_imports, reason = "each test file is a program of its own and uses a part of this")]
 #![allow(unreachable_pub, reason = "there is nobody outside a test program")]
 
+mod banded;
 mod bordered;
 mod drive;
 mod inverse;
 mod stream;
 
+pub use banded::{BandedRow, push_all};
 use bhm_core::{
-    beam::{Beam, BeamEnd, BeamLimits, BeamTally, LabelledPlace, sort_beam},
+    beam::{BeamLimits, BeamRule, BeamTally, Observation, RayEnd},
     em::{self, UpdateReport},
-    posterior::{Entry, NotPositiveDefinite, Posterior, Prior, RowState, Rows, Scratch},
-    reference::{DensePosterior, Matrix, Observation, Safeguard},
+    posterior::{NotPositiveDefinite, Posterior, Prior, Scratch},
+    reference::{self, DensePosterior, Matrix, Safeguard},
     rule::AnyRule,
     settings::Settings,
 };
 use bhm_host::ScanRecord;
-pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior, entries};
-pub use drive::{Drive, drives};
+pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior};
+pub use drive::{Drive, drives, intel_scans};
 pub use inverse::Inverse;
 pub use stream::Stream;
 
@@ -25,30 +27,30 @@ pub use stream::Stream;
 pub const SAFEGUARD: Safeguard = Safeguard { absolute: 1e-3, relative: 1e-5 };
 
 /// What a scan's readings mean under these limits, beam by beam, and what became of each.
-pub fn read(scan: &ScanRecord, limits: &BeamLimits) -> (Vec<(usize, BeamEnd)>, BeamTally) {
+pub fn read(scan: &ScanRecord, limits: &BeamLimits) -> (Vec<(usize, RayEnd)>, BeamTally) {
     let mut tally = BeamTally::default();
-    let sorted = scan
-        .ranges_m
-        .iter()
-        .enumerate()
-        .filter_map(|(number, range_m)| Some((number, sort_beam(*range_m, &scan.as_scan(), limits, &mut tally)?)));
-    (sorted.collect(), tally)
+    let ends = scan.as_scan().rays(limits).filter_map(|ray| {
+        tally.count(&ray.reading);
+        Some((ray.number, ray.reading.end()?))
+    });
+    (ends.collect(), tally)
 }
 
 /// The labelled points that a scan is under these settings.
-pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<LabelledPlace> {
+pub fn points_of(scan: &ScanRecord, settings: &Settings) -> Vec<Observation<2>> {
     let mut points = Vec::new();
-    let rule = settings.model().expect("usable settings").beam;
-    let pose = scan.map_from_sensor;
-    for (number, end) in read(scan, &settings.limits).0 {
-        let bearing_rad = scan.angle_min_rad + number as f32 * scan.angle_increment_rad;
-        let beam = Beam { number, origin_m: pose.position(), direction: pose.direction(bearing_rad), end };
-        rule.observe(&beam, &mut |point| {
+    for ray in scan.as_scan().rays(&settings.limits) {
+        settings.beam.observe(&ray, settings.spacing_m, |point| {
             points.push(point);
             true
         });
     }
     points
+}
+
+/// Labelled points as a map takes them.
+pub fn labelled(places: &[[f32; 2]], occupied: impl Fn(&[f32; 2]) -> bool) -> Vec<Observation<2>> {
+    places.iter().map(|at| Observation::at_point((*at).into(), occupied(at))).collect()
 }
 
 /// Every number of a posterior, as its bits. Taken apart whole, so that a field added to it fails to compile here.
@@ -129,14 +131,8 @@ impl<const M: usize, const B: usize> Learner<M, B> {
         rule: &AnyRule,
         passes: u32,
     ) -> Result<UpdateReport, NotPositiveDefinite> {
-        let mut entries = vec![Entry::default(); rows.iter().map(|row| row.entries.len()).sum()];
-        let mut states = vec![RowState::default(); rows.len()];
-        let mut pushed = Rows::new(&mut entries, &mut states);
-        for row in rows {
-            let entries = row.entries.iter().map(|(index, value)| Entry { index: *index, value: *value });
-            pushed.push::<M, B>(entries, 0.0, row.occupied).expect("an acceptable row");
-        }
-        em::update(&mut self.posterior, &mut pushed, rule, passes, &mut self.scratch)
+        let rows = rows.iter().map(|row| (row, 0.0));
+        push_all::<M, B, _>(rows, |rows| em::update(&mut self.posterior, rows, rule, passes, &mut self.scratch))
     }
 
     /// The information matrix in `f64`; without bias.
@@ -161,14 +157,14 @@ impl<const M: usize, const B: usize> Learner<M, B> {
 }
 
 /// Rows with every feature, for the oracle.
-pub fn observations<const M: usize>(rows: &[SparseRow]) -> Vec<Observation> {
+pub fn observations<const M: usize>(rows: &[SparseRow]) -> Vec<reference::Observation> {
     rows.iter()
         .map(|row| {
             let mut phi = vec![0.0; M];
             for (index, value) in &row.entries {
                 phi[*index as usize] = f64::from(*value);
             }
-            Observation { phi, occupied: row.occupied }
+            reference::Observation { phi, occupied: row.occupied }
         })
         .collect()
 }

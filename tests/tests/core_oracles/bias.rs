@@ -5,17 +5,18 @@
 
 use bhm_core::{
     geometry::Point,
-    kernel::KernelChoice,
+    kernel::{KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
+    map::Map,
     profile::{COMPACT, Capacities, Profile},
     reference::{Rule, TileBlend, XiStart, quadratic},
     rule::AnyRule,
-    settings::Settings,
+    settings::{BiasSettings, PriorSettings, Settings, TileSettings, WhitePrior},
 };
 use bhm_host::map::OwnedMapper;
 
 use crate::common::{
     BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior, dense_bordered_prior,
-    entries,
+    labelled,
 };
 
 const M: usize = 49;
@@ -85,14 +86,15 @@ fn moments_agree(
     for _ in 0..40 {
         let row = random_row(stream);
         let exact = dense.predict(&bordered_observations::<M>(std::slice::from_ref(&row))[0].phi);
-        let got = learner.posterior.view().moments(&entries(&row.row), row.bias);
+        let banded = row.banded::<M, B>();
+        let got = learner.posterior.view().moments(&banded.as_row());
         let off = (f64::from(got.variance) - exact.variance).abs();
         assert!(off <= RELATIVE * exact.variance, "{what}: variance {} for {}", got.variance, exact.variance);
         let off = (f64::from(got.mean) - exact.mean).abs();
         let allowed = RELATIVE * (exact.variance.sqrt() + exact.mean.abs());
         assert!(off <= allowed, "{what}: mean {} for {}", got.mean, exact.mean);
         // Both rows of a bilinear form the same: the variance again.
-        let bilinear = learner.posterior.view().bilinear(&entries(&row.row), row.bias, &entries(&row.row), row.bias);
+        let bilinear = learner.posterior.view().bilinear(&banded.as_row(), &banded.as_row());
         assert!((f64::from(bilinear) - exact.variance).abs() <= RELATIVE * exact.variance, "{what}: bilinear");
     }
     // And of two different rows: (φ + ψ)ᵀΣ(φ + ψ) = φᵀΣφ + 2 φᵀΣψ + ψᵀΣψ, the bias of one being zero, of the other not.
@@ -112,23 +114,22 @@ fn moments_agree(
         * (quadratic(&dense.covariance, &sum)
             - quadratic(&dense.covariance, &phi)
             - quadratic(&dense.covariance, &psi));
-    let got = learner.posterior.view().bilinear(&entries(&left.row), left.bias, &entries(&right.row), right.bias);
+    let (left, right) = (left.banded::<M, B>(), right.banded::<M, B>());
+    let got = learner.posterior.view().bilinear(&left.as_row(), &right.as_row());
     let scale = (quadratic(&dense.covariance, &phi) * quadratic(&dense.covariance, &psi)).sqrt();
     assert!((f64::from(got) - exact).abs() <= RELATIVE * scale, "{what}: {got} for {exact}");
 }
 
+const PRECISION: f32 = 1e-2;
+
 /// A narrow kernel leaves the bias feature a ripple of a third.
-fn rippled(kernel: KernelChoice) -> Profile {
+fn rippled(kernel: KernelSettings) -> Profile {
     Profile {
         settings: Settings {
             kernel,
-            kernel_shape: 0.25,
-            stencil: 6,
-            tile_width: [14; 2],
-            tile_stride: [8; 2],
-            prior_precision: 1e-2,
-            bias: true,
-            bias_precision: 1e-2,
+            tile: TileSettings { stencil: 6, width: [14; 2], stride: [8; 2], count: None },
+            prior: PriorSettings::White(WhitePrior { precision: PRECISION }),
+            bias: Some(BiasSettings { precision: 1e-2 }),
             ..COMPACT.settings
         },
         capacities: Capacities { tiles: 64, ..COMPACT.capacities },
@@ -141,16 +142,19 @@ const STEP_M: f64 = 1e-5;
 
 #[test]
 fn gradients_with_a_bias_are_the_functions() {
-    for kernel in [KernelChoice::SquaredExponential, KernelChoice::TwoScales] {
+    let kernels = [
+        KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.25 }),
+        KernelSettings::TwoScales(TwoScalesSettings { shape: 0.25 }),
+    ];
+    for kernel in kernels {
         let profile = rippled(kernel);
         let mut map = OwnedMapper::<196, 76>::new(&profile).expect("a usable profile");
         let mut stream = Stream::new(71);
         for _ in 0..6 {
             let places: Vec<[f32; 2]> = (0..150).map(|_| [0, 1].map(|_| stream.between(-5.0, 5.0) as f32)).collect();
-            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
             // Mostly occupied, so that the bias is far from zero.
-            let occupied: Vec<_> = places.iter().map(|at| at[0] + at[1] > -5.0).collect();
-            let report = map.integrate_points(&points, &occupied).expect("usable points");
+            let points = labelled(&places, |at| at[0] + at[1] > -5.0);
+            let report = map.integrate_observations(&points).expect("usable points");
             assert_eq!(report.tiles_failed, 0);
         }
         let coupling = map.mapper().basis().bias_coupling.map(f64::from);
@@ -174,7 +178,7 @@ fn gradients_with_a_bias_are_the_functions() {
             let mean_scale = 36.0 * (largest + bias);
             assert!((f64::from(got.occupancy.mean) - exact.mean).abs() <= 1e-6 * mean_scale, "{got:?} for {exact:?}");
             // The largest variance there is, the prior's.
-            let variance_scale = 36.0 * (1.0 / f64::from(profile.settings.prior_precision));
+            let variance_scale = 36.0 * (1.0 / f64::from(PRECISION));
             let off = (f64::from(got.occupancy.variance) - exact.variance).abs();
             assert!(off <= 1e-6 * variance_scale, "at {at:?}: {got:?} for {exact:?}");
             for (axis, [probability, mean, variance]) in

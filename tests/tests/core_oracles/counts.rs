@@ -3,25 +3,25 @@
 use std::collections::BTreeSet;
 
 use bhm_core::{
-    geometry::Point,
     lattice::MAX_NODE,
-    mapper::PointTally,
+    mapper::ObservationTally,
     profile::{COMPACT, Capacities, Profile},
-    settings::Settings,
+    settings::{Settings, TileSettings},
 };
 use bhm_host::map::OwnedMapper;
 
 use crate::{
-    common::Stream,
+    common::{Stream, labelled},
     eviction::{Index, holding},
 };
 
 #[test]
 fn every_observation_is_counted_as_what_became_of_it() {
     let far_m = MAX_NODE as f32 * COMPACT.settings.spacing_m;
-    let mut all = PointTally::default();
+    let mut all = ObservationTally::default();
     for (touched, tile_count) in [(128, None), (128, Some([2, 3])), (3, None), (2, Some([2, 3]))] {
-        let settings = Settings { tile_count, ..COMPACT.settings };
+        let tile = TileSettings { count: tile_count, ..COMPACT.settings.tile };
+        let settings = Settings { tile, ..COMPACT.settings };
         let profile = Profile { settings, capacities: Capacities { touched, ..COMPACT.capacities }, ..COMPACT };
         let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
         let mut stream = Stream::new(31);
@@ -33,13 +33,12 @@ fn every_observation_is_counted_as_what_became_of_it() {
                     _ => [0, 1].map(|_| stream.between(-6.0, 14.0) as f32),
                 })
                 .collect();
-            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
-            let report = map.integrate_points(&points, &vec![true; points.len()]).unwrap();
+            let report = map.integrate_observations(&labelled(&places, |_| true)).unwrap();
 
             let exists = |index: &Index| {
                 tile_count.is_none_or(|count| (0..2).all(|axis| (0..count[axis] as i32).contains(&index[axis])))
             };
-            let (mut expected, mut rows) = (PointTally::default(), 0);
+            let (mut expected, mut rows) = (ObservationTally::default(), 0);
             let mut list = BTreeSet::new();
             let mut learned = Vec::new();
             for at in &places {
@@ -64,7 +63,7 @@ fn every_observation_is_counted_as_what_became_of_it() {
             for tiles in &learned {
                 rows += tiles.iter().filter(|tile| list.contains(*tile)).count() as u32;
             }
-            assert_eq!(report.points, expected, "{touched} tiles of {tile_count:?}: {report:?}");
+            assert_eq!(report.observations, expected, "{touched} tiles of {tile_count:?}: {report:?}");
             assert_eq!((report.tiles_touched as usize, report.rows), (list.len(), rows));
             assert!(map.all_tiles().iter().all(|tile| exists(&tile.index)));
             all.outside += expected.outside;

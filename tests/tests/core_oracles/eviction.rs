@@ -3,25 +3,24 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use bhm_core::{
-    geometry::Point,
     profile::{COMPACT, Capacities, Profile},
     settings::Settings,
 };
 use bhm_host::map::OwnedMapper;
 
-use crate::common::{Stream, posterior_bits};
+use crate::common::{Stream, labelled, posterior_bits};
 
 pub(crate) type Index = [i32; 2];
 
 /// The tiles that hold the whole stencil of a place, from what a tiling is documented to be: tile `t` holds the nodes
 /// `t·stride … t·stride + width − 1`, and a place sees `stencil` nodes a side, half of them below it.
 pub(crate) fn holding(settings: &Settings, at: [f32; 2]) -> BTreeSet<Index> {
-    let stencil = settings.stencil as i64;
+    let stencil = settings.tile.stencil as i64;
     let holds = |axis: usize, tile: i32| {
         let cell = (f64::from(at[axis]) / f64::from(settings.spacing_m)).floor() as i64;
         let (first, last) = (cell - (stencil / 2 - 1), cell + stencil / 2);
-        let low = i64::from(tile) * settings.tile_stride[axis] as i64;
-        low <= first && last < low + settings.tile_width[axis] as i64
+        let low = i64::from(tile) * settings.tile.stride[axis] as i64;
+        low <= first && last < low + settings.tile.width[axis] as i64
     };
     let all = (-20..20).flat_map(|x| (-20..20).map(move |y| [x, y]));
     all.filter(|tile| holds(0, tile[0]) && holds(1, tile[1])).collect()
@@ -65,7 +64,7 @@ impl Model {
 #[test]
 fn the_least_recently_touched_tile_leaves() {
     let settings = COMPACT.settings;
-    let stride_m = settings.spacing_m * settings.tile_stride[0] as f32;
+    let stride_m = settings.spacing_m * settings.tile.stride[0] as f32;
     for slots in [1, 2, 3, 5, 8] {
         let profile = Profile { capacities: Capacities { tiles: slots, ..COMPACT.capacities }, ..COMPACT };
         let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
@@ -78,8 +77,7 @@ fn the_least_recently_touched_tile_leaves() {
             let places: Vec<[f32; 2]> = (0..1 + stream.below(4))
                 .map(|_| middle.map(|x| (x + stream.between(-0.3, 0.3)) as f32 * stride_m))
                 .collect();
-            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
-            let report = map.integrate_points(&points, &vec![false; points.len()]).unwrap();
+            let report = map.integrate_observations(&labelled(&places, |_| false)).unwrap();
             let touched: BTreeSet<Index> = places.iter().flat_map(|at| holding(&settings, *at)).collect();
             assert_eq!(report.tiles_touched as usize, touched.len(), "scan {scan}");
             for index in touched {
@@ -111,7 +109,7 @@ fn a_tile_in_a_used_slot_knows_nothing_of_the_tile_before() {
         let mut stream = Stream::new(47);
         for _ in 0..60 {
             let at = [0, 1].map(|_| stream.between(-12.0, 12.0) as f32);
-            map.integrate_points(&[Point::from(at)], &[at[0] > 0.0]).unwrap();
+            map.integrate_observations(&labelled(&[at], |at| at[0] > 0.0)).unwrap();
         }
         let tiles = map.all_tiles();
         tiles.iter().map(|tile| (tile.index, tile.updates, posterior_bits(&tile.posterior))).collect::<Vec<_>>()

@@ -1,9 +1,9 @@
 //! What a range reading means, against a table written from the documentation of `Scan` and `BeamLimits`.
 
 use bhm_core::{
-    beam::{BeamEnd, BeamLimits, BeamTally},
+    beam::{AnyBeamRule, BeamLimits, BeamTally, PointSamples, RayEnd},
     geometry::{Point, Pose},
-    map::Occupancy,
+    map::{Map, Occupancy},
     profile::{COMPACT, Profile},
     scan::ScanHeader,
     settings::Settings,
@@ -11,6 +11,9 @@ use bhm_core::{
 use bhm_host::{ScanRecord, map::OwnedMapper};
 
 use crate::common::{Stream, points_of, read};
+
+/// The rule that profiles ship with.
+const RULE: PointSamples = PointSamples::DEFAULT;
 
 fn scan(ranges_m: Vec<f32>) -> ScanRecord {
     ScanRecord {
@@ -56,7 +59,7 @@ enum Kind {
     Hit,
 }
 
-fn kind(range_m: f32, scan: &ScanRecord, limits: &BeamLimits) -> Kind {
+fn kind(range_m: f32, scan: &ScanHeader, limits: &BeamLimits) -> Kind {
     let range = f64::from(range_m);
     let matching: Vec<Kind> = [
         (range.is_nan(), Kind::NotANumber),
@@ -92,13 +95,13 @@ fn every_reading_means_what_is_documented_and_is_counted_once() {
         for (number, range_m) in scan.ranges_m.iter().enumerate() {
             let shorter_m =
                 if limits.no_return_free_m < limits.range_max_m { limits.no_return_free_m } else { limits.range_max_m };
-            let (count, end) = match kind(*range_m, &scan, &limits) {
+            let (count, end) = match kind(*range_m, &scan.header, &limits) {
                 Kind::NotANumber => (&mut tally.not_a_number, None),
                 Kind::Negative => (&mut tally.negative, None),
                 Kind::TooNear => (&mut tally.too_near, None),
-                Kind::NoReturn => (&mut tally.no_return, (shorter_m > 0.0).then_some(BeamEnd::Free(shorter_m))),
-                Kind::Beyond => (&mut tally.beyond_range, Some(BeamEnd::Free(limits.range_max_m))),
-                Kind::Hit => (&mut tally.hits, Some(BeamEnd::Hit(*range_m))),
+                Kind::NoReturn => (&mut tally.no_return, (shorter_m > 0.0).then_some(RayEnd::Free(shorter_m))),
+                Kind::Beyond => (&mut tally.beyond_range, Some(RayEnd::Free(limits.range_max_m))),
+                Kind::Hit => (&mut tally.hits, Some(RayEnd::Hit(*range_m))),
             };
             *count += 1;
             expected.extend(end.map(|end| (number, end)));
@@ -116,28 +119,28 @@ fn every_reading_means_what_is_documented_and_is_counted_once() {
 fn observations_lie_where_the_readings_say() {
     let scan = scan(ranges());
     for limits in limits().into_iter().filter(|limits| limits.no_return_free_m.min(limits.range_max_m).is_finite()) {
-        let settings = Settings { limits, ..COMPACT.settings };
+        let settings = Settings { limits, beam: AnyBeamRule::PointSamples(RULE), ..COMPACT.settings };
         let (mut hits, mut free) = (Vec::new(), 0);
         for (number, range_m) in scan.ranges_m.iter().enumerate() {
-            let free_m = match kind(*range_m, &scan, &limits) {
+            let free_m = match kind(*range_m, &scan.header, &limits) {
                 Kind::Hit => {
-                    let pose = &scan.map_from_sensor;
+                    let pose = &scan.header.map_from_sensor;
                     let heading = f64::from(pose.theta_rad)
-                        + f64::from(scan.angle_min_rad)
-                        + number as f64 * f64::from(scan.angle_increment_rad);
+                        + f64::from(scan.header.angle_min_rad)
+                        + number as f64 * f64::from(scan.header.angle_increment_rad);
                     let range = f64::from(*range_m);
                     hits.push([
                         f64::from(pose.x_m) + range * heading.cos(),
                         f64::from(pose.y_m) + range * heading.sin(),
                     ]);
-                    *range_m - settings.gap_m
+                    *range_m - RULE.gap_m
                 }
                 Kind::Beyond => limits.range_max_m,
                 Kind::NoReturn => limits.no_return_free_m.min(limits.range_max_m),
                 _ => 0.0,
             };
             if free_m > 0.0 {
-                free += (free_m / settings.free_spacing_m).ceil() as usize;
+                free += (free_m / RULE.free_spacing_m).ceil() as usize;
             }
         }
         let points = points_of(&scan, &settings);
@@ -162,8 +165,8 @@ fn a_map_learns_no_wall_beyond_the_range_it_believes() {
     let report = map.integrate(&far.as_scan()).unwrap();
     assert_eq!(report.beams, BeamTally { beyond_range: 150, ..BeamTally::default() });
     for beam in [10, 75, 140] {
-        let bearing_rad = far.angle_min_rad + beam as f32 * far.angle_increment_rad;
-        let at = |range_m| map.mapper().occupancy(&far.map_from_sensor.point_along(bearing_rad, range_m));
+        let bearing_rad = far.header.angle_min_rad + beam as f32 * far.header.angle_increment_rad;
+        let at = |range_m| map.mapper().occupancy(&far.header.map_from_sensor.point_along(bearing_rad, range_m));
         let wall: Occupancy = at(9.0);
         assert!(wall.mean == 0.0 && wall.probability == 0.5, "{wall:?}");
         assert!(at(3.0).probability < 0.2, "{:?}", at(3.0));

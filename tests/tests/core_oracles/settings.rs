@@ -1,10 +1,10 @@
 //! Settings that no map can be made with are refused, each by its name.
 
 use bhm_core::{
-    beam::BeamLimits,
-    kernel::KernelChoice,
+    beam::{AnyBeamRule, BeamLimits, LineSegments, PointSamples},
+    kernel::{KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     profile::COMPACT,
-    settings::{Settings, SettingsError},
+    settings::{BiasSettings, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
     tile::TilingError,
 };
 
@@ -15,19 +15,25 @@ fn numbers_outside_their_range_are_refused_by_name() {
     assert!(GOOD.model().is_ok());
     let limits =
         |range_max_m, no_return_free_m| Settings { limits: BeamLimits { range_max_m, no_return_free_m }, ..GOOD };
+    let with_kernel = |kernel| Settings { kernel, ..GOOD };
+    let prior = |precision| Settings { prior: PriorSettings::White(WhitePrior { precision }), ..GOOD };
+    let points = |rule| Settings { beam: AnyBeamRule::PointSamples(rule), ..GOOD };
+    let segments = |rule| Settings { beam: AnyBeamRule::LineSegments(rule), ..GOOD };
     for (name, bad) in [
         ("origin x", Settings { origin_m: [f32::NAN, 0.0], ..GOOD }),
         ("origin y", Settings { origin_m: [0.0, f32::INFINITY], ..GOOD }),
         ("spacing", Settings { spacing_m: 0.0, ..GOOD }),
-        ("kernel shape", Settings { kernel_shape: -0.6, ..GOOD }),
-        ("prior precision", Settings { prior_precision: 1e-7, ..GOOD }),
-        ("prior precision", Settings { prior_precision: 1e7, ..GOOD }),
-        ("bias precision", Settings { bias_precision: 0.0, ..GOOD }),
+        ("kernel shape", with_kernel(KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: -0.6 }))),
+        ("kernel shape", with_kernel(KernelSettings::TwoScales(TwoScalesSettings { shape: f32::INFINITY }))),
+        ("prior precision", prior(1e-7)),
+        ("prior precision", prior(1e7)),
+        ("bias precision", Settings { bias: Some(BiasSettings { precision: 0.0 }), ..GOOD }),
         ("maximum range", limits(0.0, 0.0)),
         ("no-return range", limits(10.0, -1.0)),
-        ("free spacing", Settings { free_spacing_m: 0.0, ..GOOD }),
-        ("segment length", Settings { segment_length: 1_001.0, ..GOOD }),
-        ("gap before a hit", Settings { gap_m: -0.1, ..GOOD }),
+        ("free spacing", points(PointSamples { free_spacing_m: 0.0, ..PointSamples::DEFAULT })),
+        ("segment length", segments(LineSegments { length: 1_001.0, ..LineSegments::DEFAULT })),
+        ("gap before a hit", points(PointSamples { gap_m: -0.1, ..PointSamples::DEFAULT })),
+        ("gap before a hit", segments(LineSegments { gap_m: -0.1, ..LineSegments::DEFAULT })),
         ("passes", Settings { passes: 0, ..GOOD }),
         ("passes", Settings { passes: 101, ..GOOD }),
         ("forgetting", Settings { forgetting: 0.0, ..GOOD }),
@@ -41,7 +47,8 @@ fn numbers_outside_their_range_are_refused_by_name() {
 /// A region of nine cells: a stride of eight overlaps by one, of five by four, of four by five, more than a stride.
 #[test]
 fn tiles_overlap_by_one_cell_to_one_stride() {
-    let with = |stride: usize| Settings { tile_stride: [8, stride], ..GOOD }.model().map(drop);
+    let with =
+        |stride: usize| Settings { tile: TileSettings { stride: [8, stride], ..GOOD.tile }, ..GOOD }.model().map(drop);
     for stride in 1..=12 {
         let expected = if (5..=8).contains(&stride) {
             Ok(())
@@ -57,9 +64,9 @@ fn tiles_overlap_by_one_cell_to_one_stride() {
 fn a_kernel_that_its_stencil_cuts_off_too_early_is_refused() {
     for (shape, stencil) in [(0.6_f32, 4_usize), (1.5, 4), (0.6, 6), (2.5, 6)] {
         // A tile as much wider as the stencil is, so that nothing else is wrong.
-        let tile_width = [8 + stencil; 2];
-        let settings =
-            Settings { kernel: KernelChoice::SquaredExponential, kernel_shape: shape, stencil, tile_width, ..GOOD };
+        let tile = TileSettings { stencil, width: [8 + stencil; 2], ..GOOD.tile };
+        let kernel = KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
+        let settings = Settings { kernel, tile, ..GOOD };
         let half = 0.5 * stencil as f64;
         let exact = (-half * half / f64::from(shape)).exp();
         match settings.model() {

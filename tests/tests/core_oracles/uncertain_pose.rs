@@ -3,11 +3,12 @@
 
 use bhm_core::{
     geometry::{Point, Pose, PoseCovariance},
-    kernel::KernelChoice,
+    kernel::{KernelSettings, SquaredExponentialSettings},
+    posterior::{Pattern, Row},
     profile::{COMPACT, Capacities, Profile},
     reference::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule},
     scan::ScanHeader,
-    settings::Settings,
+    settings::{PriorSettings, Settings, TileSettings},
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
 
@@ -25,11 +26,13 @@ fn profile() -> Profile {
     Profile {
         settings: Settings {
             origin_m: [-half_m; 2],
-            kernel: KernelChoice::SquaredExponential,
-            stencil: STENCIL,
-            tile_width: [WIDTH; 2],
-            tile_stride: [WIDTH - STENCIL; 2],
-            tile_count: Some([1, 1]),
+            kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.6 }),
+            tile: TileSettings {
+                stencil: STENCIL,
+                width: [WIDTH; 2],
+                stride: [WIDTH - STENCIL; 2],
+                count: Some([1, 1]),
+            },
             ..COMPACT.settings
         },
         capacities: Capacities { tiles: 1, ..COMPACT.capacities },
@@ -114,7 +117,8 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let profile = profile();
     let features = features();
     let mut map = OwnedMapper::<144, 92>::new(&profile).expect("a usable profile");
-    let mut dense = DensePosterior::prior(&[f64::from(profile.settings.prior_precision); WIDTH * WIDTH]);
+    let PriorSettings::White(prior) = profile.settings.prior;
+    let mut dense = DensePosterior::prior(&[f64::from(prior.precision); WIDTH * WIDTH]);
     let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
     let mut stream = Stream::new(61);
     let (mut rows, mut all_narrowed) = (0, 0);
@@ -123,7 +127,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
         let scan = scan(&mut stream, stamp_ns, covariance);
         let report = map.integrate(&scan.as_scan()).expect("a good scan");
         assert_eq!(report.tiles_failed, 0, "{what}");
-        let sensor = scan.map_from_sensor.position();
+        let sensor = scan.header.map_from_sensor.position();
         let mut narrowed = 0;
         let observations: Vec<_> = points_of(&scan, &profile.settings)
             .iter()
@@ -143,7 +147,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
                 Some(Observation { phi: blurred(&features, at, spread), occupied: point.occupied })
             })
             .collect();
-        assert_eq!(report.points.narrowed, narrowed, "{what}");
+        assert_eq!(report.observations.narrowed, narrowed, "{what}");
         all_narrowed += narrowed;
         assert_eq!(report.rows as usize, observations.len(), "{what}");
         rows += observations.len();
@@ -152,6 +156,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     assert!(rows > 100, "{what}: {rows} rows");
     let tile = map.mapper().tiles().iter().next().expect("a tile");
     let region = 0.5 * SPACING_M * (WIDTH - STENCIL + 1) as f64;
+    let pattern = Pattern::new(STENCIL, (0..STENCIL).map(|line| line * WIDTH)).expect("a stencil");
     let mut worst = 0.0_f64;
     for _ in 0..500 {
         let at = [0, 1].map(|_| stream.between(-region, region) as f32);
@@ -160,14 +165,8 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
         let stencil = map.mapper().basis().features(&Point::from(at)).expect("on the lattice");
         let window = map.mapper().tiling().window(&[0, 0]);
         let first = window.index_of_whole(&stencil.stencil.first, STENCIL).expect("inside");
-        let entries: Vec<_> = (0..STENCIL * STENCIL)
-            .zip(&stencil.values)
-            .map(|(i, value)| bhm_core::posterior::Entry {
-                index: (first + i / STENCIL * WIDTH + i % STENCIL) as u32,
-                value: *value,
-            })
-            .collect();
-        let moments = tile.posterior.view().moments(&entries, 0.0);
+        let moments =
+            tile.posterior.view().moments(&Row { pattern: &pattern, first, values: &stencil.values, bias: 0.0 });
         let got = bhm_core::reference::Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance));
         worst = worst.max((got.probability - exact.probability).abs());
         assert!((got.probability - exact.probability).abs() <= LARGEST, "{what}: at {at:?} {got:?} for {exact:?}");

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use bhm_core::{
+    beam::AnyBeamRule,
     geometry::Pose,
     profile::Profile,
     scan::{MAX_BEAMS, ScanHeader},
@@ -28,9 +29,9 @@ pub(crate) fn learn(program: &Path, profile: &Profile) -> u64 {
     let report = host.integrate(&scan.as_scan()).expect("a good scan");
     let (work, most) = (Work::done(profile, &report), Work::most(profile));
     assert_eq!(report.beams.total() as usize, MAX_BEAMS);
-    assert_eq!(work.points, profile.capacities.points as u64, "{report:?}");
+    assert_eq!(work.observations, profile.capacities.observations as u64, "{report:?}");
     assert_eq!((work.tiles, work.passes), (most.tiles, most.passes), "{report:?}");
-    assert_eq!(report.points.over_capacity, 0, "{report:?}");
+    assert_eq!(report.observations.over_capacity, 0, "{report:?}");
     assert!(10 * work.rows >= 9 * most.rows, "{} rows of {}", work.rows, most.rows);
     let took = instructions(&device.learn(&scan));
     let allowed = work.instructions(&Instructions::of(&profile.settings).expect("measured"));
@@ -44,12 +45,13 @@ pub(crate) fn learn(program: &Path, profile: &Profile) -> u64 {
 fn scan(profile: &Profile) -> ScanRecord {
     let settings = &profile.settings;
     // The middle of the cell that four tiles share: the last whole stencil of one and the first of the next.
-    let shared = settings.tile_stride[0] as f32 + (settings.stencil / 2) as f32 - 0.5;
+    let shared = settings.tile.stride[0] as f32 + (settings.tile.stencil / 2) as f32 - 0.5;
     let at_m = shared * settings.spacing_m;
-    let near_m = settings.gap_m + 0.1;
+    let AnyBeamRule::PointSamples(rule) = settings.beam else { panic!("measured with points") };
+    let near_m = rule.gap_m + 0.1;
     let far_m = settings.limits.range_max_m;
-    let of_a_ray = (far_m / settings.free_spacing_m).ceil() as usize;
-    let near = (profile.capacities.points - RAYS * of_a_ray) / 2;
+    let of_a_ray = (far_m / rule.free_spacing_m).ceil() as usize;
+    let near = (profile.capacities.observations - RAYS * of_a_ray) / 2;
     let (mut ranges_m, mut left) = (vec![-1.0; MAX_BEAMS], near);
     for (beam, range_m) in ranges_m.iter_mut().enumerate() {
         if beam % (MAX_BEAMS / DIRECTIONS) == 0 && beam < RAYS * (MAX_BEAMS / DIRECTIONS) {

@@ -6,16 +6,15 @@ mod common;
 mod memory;
 mod robot;
 
+use std::hint::black_box;
+
 use bhm_core::{
-    beam::LabelledPlace,
-    lattice::Node,
-    mapper::{IntegrateReport, Mapper, Memory, ScanRejected},
-    posterior::{Entry, RowState, Scratch},
+    mapper::{IntegrateReport, Mapper},
     profile::{self, Capacities, Profile},
-    scan::{MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanRejected},
     settings::Settings,
-    support::SupportTable,
-    tile::{Archive, DirectoryEntry, Tile, TileIndex},
+    static_memory,
+    tile::{Archive, Tile, TileIndex},
 };
 use bhm_firmware_sim::{
     Counters, End, LentMap, Onboard, OnboardMap, Options,
@@ -37,7 +36,7 @@ const QUARTER: usize = SCANS / 4;
 /// ordinary scan, and none to spare for the largest.
 const PROFILE: Profile = Profile {
     settings: Settings { passes: 1, ..profile::COMPACT.settings },
-    capacities: Capacities { tiles: 8, points: 192, rows: 48, touched: 6 },
+    capacities: Capacities { tiles: 8, observations: 192, rows: 48, touched: 6 },
     ..profile::COMPACT
 };
 
@@ -47,13 +46,13 @@ const ARCHIVED: usize = 48;
 /// Everything that one scan may cost at most, from the profile alone. What bounds a scan's work is asserted here. Answers the
 /// instructions that it may have taken.
 fn check(report: &IntegrateReport) -> u64 {
-    let Capacities { tiles: _, points, rows, touched } = PROFILE.capacities;
-    let IntegrateReport { beams, points: placed, .. } = report;
-    let [points, rows, touched] = [points, rows, touched].map(|capacity| capacity as u32);
+    let Capacities { tiles: _, observations, rows, touched } = PROFILE.capacities;
+    let IntegrateReport { beams, observations: placed, .. } = report;
+    let [observations, rows, touched] = [observations, rows, touched].map(|capacity| capacity as u32);
     let read = beams.hits + beams.beyond_range + beams.no_return;
     let dropped = beams.not_a_number + beams.negative + beams.too_near + beams.over_capacity;
     assert!(read + dropped <= MAX_BEAMS as u32, "{report:?}");
-    assert!(placed.used + placed.unplaceable <= points, "{report:?}");
+    assert!(placed.used + placed.unplaceable <= observations, "{report:?}");
     assert!(report.tiles_touched <= touched, "{report:?}");
     // An observation is a row in each tile that holds its whole stencil: two along each axis at most.
     assert!(report.rows <= 4 * placed.used && report.rows <= report.tiles_touched * rows, "{report:?}");
@@ -147,19 +146,9 @@ impl Archive<2, M, B> for Shelf {
 
 /// The loop, every byte that it will ever use written to once.
 fn onboard() -> Onboard<Watched, Robot, M, B> {
-    let Capacities { tiles, points, rows, touched } = PROFILE.capacities;
-    let stencil = PROFILE.settings.stencil;
-    let memory = Memory {
-        tiles: vec![Tile::VACANT; tiles].leak(),
-        directory: vec![DirectoryEntry::default(); tiles].leak(),
-        scratch: Box::leak(Box::new(Scratch::ZERO)),
-        places: vec![LabelledPlace::default(); points].leak(),
-        firsts: vec![Some(Node::<2>::default()); points].leak(),
-        touched: vec![[1; 2]; touched].leak(),
-        entries: vec![Entry::default(); rows * stencil * stencil].leak(),
-        states: vec![RowState::default(); rows].leak(),
-        supports: SupportTable::EMPTY,
-    };
+    // Hidden from the compiler, which would otherwise ask for zeroed pages that nothing is written to.
+    let memory = Box::new(black_box(<static_memory!(PROFILE)>::ZERO));
+    let memory = Box::leak(memory).lend();
     let mapper = Mapper::new(PROFILE.settings, memory).expect("a good profile");
     let map = LentMap::new(mapper, Shelf(vec![Tile::VACANT; ARCHIVED]));
     let watched = Watched { map, offered: 0, work: [Totals::default(); 4], hostile: [0; 3], dearest: 0 };
@@ -215,5 +204,5 @@ fn the_scans_were_what_they_were_meant_to_be(map: &Watched, counters: &Counters)
     assert!(map.hostile.iter().all(|count| *count > 1_000), "{:?}", map.hostile);
     assert!(counters.tiles_evicted > 1_000 && counters.tiles_restored > 100, "{counters:?}");
     assert!(counters.tiles_lost > 100 && counters.tiles_failed == 0, "{counters:?}");
-    assert!(counters.rows_over_capacity > 0 && counters.points_over_capacity > 0, "{counters:?}");
+    assert!(counters.rows_over_capacity > 0 && counters.observations_over_capacity > 0, "{counters:?}");
 }

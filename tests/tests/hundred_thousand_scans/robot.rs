@@ -85,27 +85,28 @@ impl Robot {
             Kind::Ordinary | Kind::BadRanges => {}
             Kind::AllBeams => {
                 beams = MAX_BEAMS;
-                scan.angle_increment_rad = 0.01;
+                scan.header.angle_increment_rad = 0.01;
             }
             Kind::Teleported => {
                 const PLACES_M: [[f32; 2]; 4] = [[6e4, 6e4], [-6e4, 1.0], [0.0, 0.0], [-5e4, -3e4]];
                 let [x_m, y_m] = PLACES_M[self.random.below(PLACES_M.len())];
-                scan.map_from_sensor = Pose::new(x_m, y_m, 100.0);
+                scan.header.map_from_sensor = Pose::new(x_m, y_m, 100.0);
             }
-            Kind::Refused(0) => scan.map_from_sensor.x_m = f32::NAN,
-            Kind::Refused(1) => scan.map_from_sensor.y_m = 1e30,
-            Kind::Refused(2) => scan.map_from_sensor.theta_rad = f32::INFINITY,
+            Kind::Refused(0) => scan.header.map_from_sensor.x_m = f32::NAN,
+            Kind::Refused(1) => scan.header.map_from_sensor.y_m = 1e30,
+            Kind::Refused(2) => scan.header.map_from_sensor.theta_rad = f32::INFINITY,
             Kind::Refused(3) => {
-                scan.pose_covariance = Some(PoseCovariance { xx_m2: -1.0, ..PoseCovariance::independent(0.1, 0.1) });
+                scan.header.pose_covariance =
+                    Some(PoseCovariance { xx_m2: -1.0, ..PoseCovariance::independent(0.1, 0.1) });
             }
-            Kind::Refused(4) => scan.angle_increment_rad = f32::NAN,
-            Kind::Refused(5) => scan.range_min_m = 5.0,
-            Kind::Refused(6) => scan.stamp_ns = 0,
+            Kind::Refused(4) => scan.header.angle_increment_rad = f32::NAN,
+            Kind::Refused(5) => scan.header.range_min_m = 5.0,
+            Kind::Refused(6) => scan.header.stamp_ns = 0,
             Kind::Refused(_) => beams = MAX_BEAMS + 1,
         }
         for (beam, range_m) in self.ranges_m[..beams].iter_mut().enumerate() {
             // Walls on both sides, off by a little noise, and nothing within range ahead and behind.
-            let bearing_rad = scan.angle_min_rad + beam as f32 * scan.angle_increment_rad;
+            let bearing_rad = scan.header.angle_min_rad + beam as f32 * scan.header.angle_increment_rad;
             let wall_m = Self::HALF_WIDTH_M / bearing_rad.sin().abs().max(1e-3);
             *range_m = wall_m.min(10.0) + self.random.between(-0.02, 0.02) as f32;
             if kind == Kind::BadRanges && beam % 2 == 0 {
