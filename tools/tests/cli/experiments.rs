@@ -110,7 +110,7 @@ fn supports_are_placed_by_data_and_only_the_experiment_takes_their_list() {
         assert!(number(one, "supports") <= 40.0 && number(one, "auc") > 0.5, "{one}");
     }
 
-    let wrong = "values beginning with `{\"source\":\"20 clusters of room.log";
+    let wrong = "beginning with `{\"source\":\"20 clust";
     for command in ["evaluate list.json", "info list.json", "build list.json -o map.bhm"] {
         bench.bhm(command).fails(1, &["list.json", wrong]);
     }
