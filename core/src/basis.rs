@@ -131,12 +131,7 @@ impl<'s, const D: usize> Basis<'s, D> {
         match place {
             Place::Point(_) if self.supports.table.is_empty() => {
                 let Lattice { spacing_m, stencil: width, .. } = self.lattice;
-                let mut slots = values.iter_mut();
-                self.supports.everywhere.over_lattice(kernel, &stencil.from_first_m, spacing_m, width, |value| {
-                    if let Some(slot) = slots.next() {
-                        *slot = value;
-                    }
-                });
+                self.supports.everywhere.over_lattice(kernel, &stencil.from_first_m, spacing_m, width, values);
             }
             Place::Point(_) => {
                 for (slot, (node, displacement)) in values.iter_mut().zip(self.nodes(&stencil)) {

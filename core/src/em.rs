@@ -22,6 +22,7 @@ use crate::{
 };
 
 /// What one update of one posterior did.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UpdateReport {
     /// Passes made.

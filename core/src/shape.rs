@@ -33,6 +33,7 @@ macro_rules! shapes {
 shapes! { (144, 40), (196, 76), (256, 120), (5751, 361) }
 
 /// No program is compiled for tiles of this shape.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotCompiled {
     /// Supports of a tile.

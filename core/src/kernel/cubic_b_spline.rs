@@ -186,22 +186,31 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
     }
 
     #[inline]
-    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, mut each: impl FnMut(f32)) {
-        if self.blur.is_some() || width > WIDEST {
-            for offset in offsets([width; D]) {
-                each(self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m)));
+    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
+        if self.blur.is_some() || width > WIDEST || values.len() != width.pow(D as u32) {
+            for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
+                *slot = self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m));
             }
             return;
         }
-        // A product over axes: `width` splines along each instead of as many as the stencil has nodes.
-        let mut along = [[0.0; WIDEST]; D];
-        for (along, from_first) in along.iter_mut().zip(from_first_m.iter()) {
+        // A product over axes: `width` splines along each instead of as many as the stencil has nodes. Axis by axis each product
+        // so far becomes `width` products, from the last to the first, so that none is overwritten before it is used.
+        let mut products = 1;
+        if let Some(first) = values.first_mut() {
+            *first = 1.0;
+        }
+        for from_first in from_first_m.iter() {
+            let mut along = [0.0; WIDEST];
             for (i, value) in along.iter_mut().enumerate().take(width) {
                 *value = beta((from_first - i as f32 * spacing_m) * self.per_spacing);
             }
-        }
-        for offset in offsets([width; D]) {
-            each(offset.iter().zip(&along).map(|(i, along)| along[*i]).product());
+            for product in (0..products).rev() {
+                let so_far = values[product];
+                for (slot, value) in values[product * width..(product + 1) * width].iter_mut().zip(&along) {
+                    *slot = so_far * value;
+                }
+            }
+            products *= width;
         }
     }
 

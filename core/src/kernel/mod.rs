@@ -23,6 +23,53 @@ use nalgebra::SMatrix;
 use crate::{define::sum_type, geometry::Point, lattice::offsets};
 
 /// A kernel `k(d)` of the displacement `d = x − x̃` from a support's centre to a point, with `k(0) = 1` until it is blurred.
+///
+/// A kernel of one's own, a cone that ends at its radius; what it is averaged over is left to one node in its middle:
+///
+/// ```
+/// use bhm_core::{geometry::Point, kernel::Kernel};
+/// use nalgebra::SMatrix;
+///
+/// #[derive(Clone, Copy)]
+/// struct Cone {
+///     radius_m: f32,
+/// }
+///
+/// impl Kernel<2> for Cone {
+///     fn value(&self, displacement_m: &Point<2>) -> f32 {
+///         (1.0 - libm::sqrtf(displacement_m.dot(displacement_m)) / self.radius_m).max(0.0)
+///     }
+///
+///     fn gradient(&self, displacement_m: &Point<2>) -> Point<2> {
+///         let distance_m = libm::sqrtf(displacement_m.dot(displacement_m));
+///         if distance_m == 0.0 || distance_m > self.radius_m {
+///             return Point::<2>::zeros();
+///         }
+///         displacement_m * (-1.0 / (self.radius_m * distance_m))
+///     }
+///
+///     fn blurred(&self, _: &SMatrix<f32, 2, 2>) -> Self {
+///         *self
+///     }
+///
+///     fn over_segment(&self, middle_m: &Point<2>, _: &Point<2>) -> f32 {
+///         self.value(middle_m)
+///     }
+///
+///     fn over_box(&self, displacement_m: &Point<2>, _: &Point<2>) -> f32 {
+///         self.value(displacement_m)
+///     }
+///
+///     fn cut_off(&self, reach_m: f32) -> f32 {
+///         self.value(&[reach_m, 0.0].into())
+///     }
+/// }
+///
+/// let cone = Cone { radius_m: 1.0 };
+/// let mut stencil = [0.0; 4];
+/// cone.over_lattice(&[0.5, 0.5].into(), 1.0, 2, &mut stencil);
+/// assert!(stencil.iter().all(|value| (value - 0.292_893).abs() < 1e-6), "in the middle of four supports");
+/// ```
 pub trait Kernel<const D: usize>: Copy {
     /// `k(d)`.
     fn value(&self, displacement_m: &Point<D>) -> f32;
@@ -30,12 +77,13 @@ pub trait Kernel<const D: usize>: Copy {
     /// `∂k/∂d`, per metre.
     fn gradient(&self, displacement_m: &Point<D>) -> Point<D>;
 
-    /// `k(d − spacing · offset)` for every offset of a stencil `width` wide, in lexicographic order, the last axis fastest:
-    /// what a point has of a lattice of point supports. A kernel that is a product over axes does better than one by one.
+    /// Writes `k(d − spacing · offset)` for every offset of a stencil `width` wide, in lexicographic order, the last axis
+    /// fastest: what a point has of a lattice of point supports. A kernel that is a product over axes does better than one by
+    /// one.
     #[inline]
-    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, mut each: impl FnMut(f32)) {
-        for offset in offsets([width; D]) {
-            each(self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m)));
+    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
+        for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
+            *slot = self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m));
         }
     }
 
@@ -108,8 +156,8 @@ macro_rules! kernels {
             }
 
             #[inline]
-            fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, each: impl FnMut(f32)) {
-                match self { $(Self::$kernel(kernel) => kernel.over_lattice(from_first_m, spacing_m, width, each)),* }
+            fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
+                match self { $(Self::$kernel(kernel) => kernel.over_lattice(from_first_m, spacing_m, width, values)),* }
             }
 
             #[inline]

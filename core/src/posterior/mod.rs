@@ -71,6 +71,7 @@ pub struct Scratch<const M: usize, const B: usize> {
 }
 
 /// A matrix that must be positive definite was not: the first pivot that was not a positive number.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotPositiveDefinite {
     /// The pivot's row; `M` for the bias.

@@ -84,6 +84,7 @@ pub struct Relevance<'m> {
 }
 
 /// The lent memory does not have one entry per node of the window.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryMismatch {
     /// Nodes of the window.

@@ -95,10 +95,10 @@ impl<const D: usize> Support<D> for GaussianSupport<D> {
         from_first_m: &Point<D>,
         spacing_m: f32,
         width: usize,
-        each: impl FnMut(f32),
+        values: &mut [f32],
     ) {
         // Blurred once, not node by node.
-        kernel.blurred(&self.covariance_m2).over_lattice(from_first_m, spacing_m, width, each);
+        kernel.blurred(&self.covariance_m2).over_lattice(from_first_m, spacing_m, width, values);
     }
 
     #[inline]

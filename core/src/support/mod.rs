@@ -35,7 +35,7 @@ pub trait Support<const D: usize>: Sized {
     /// The feature of a point displaced by `displacement_m` from the support's centre.
     fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32;
 
-    /// The features of a stencil `width` wide whose nodes all have this support; see [`Kernel::over_lattice`].
+    /// Writes the features of a stencil `width` wide whose nodes all have this support; see [`Kernel::over_lattice`].
     #[inline]
     fn over_lattice(
         &self,
@@ -43,11 +43,11 @@ pub trait Support<const D: usize>: Sized {
         from_first_m: &Point<D>,
         spacing_m: f32,
         width: usize,
-        mut each: impl FnMut(f32),
+        values: &mut [f32],
     ) {
-        for offset in offsets([width; D]) {
+        for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
             let displacement = Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m);
-            each(self.feature(kernel, &displacement));
+            *slot = self.feature(kernel, &displacement);
         }
     }
 
@@ -130,10 +130,10 @@ macro_rules! supports {
                 from_first_m: &Point<D>,
                 spacing_m: f32,
                 width: usize,
-                each: impl FnMut(f32),
+                values: &mut [f32],
             ) {
                 match self {
-                    $(Self::$support(support) => support.over_lattice(kernel, from_first_m, spacing_m, width, each)),*
+                    $(Self::$support(support) => support.over_lattice(kernel, from_first_m, spacing_m, width, values)),*
                 }
             }
 

@@ -41,9 +41,9 @@ impl<const D: usize> Support<D> for PointSupport<D> {
         from_first_m: &Point<D>,
         spacing_m: f32,
         width: usize,
-        each: impl FnMut(f32),
+        values: &mut [f32],
     ) {
-        kernel.over_lattice(from_first_m, spacing_m, width, each);
+        kernel.over_lattice(from_first_m, spacing_m, width, values);
     }
 
     #[inline]

@@ -14,6 +14,7 @@ pub struct SupportTable<'s, const D: usize> {
 }
 
 /// A table that cannot be used.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableError {
     /// The window reaches beyond the nodes that a lattice places points at.

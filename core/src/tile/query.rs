@@ -69,7 +69,8 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
     fn blend(&self, holding: &Holding<'_, D, M, B>, stencil: &Stencil<D>, values: &[f32], bias: f32) -> Occupancy {
         let (mut mean, mut variance) = (0.0, 0.0);
         for (index, first, tile) in holding {
-            let (weight, _) = self.tiling.weight(index, stencil);
+            // Where only one position holds the point, its weight is one.
+            let weight = if holding.len() == 1 { 1.0 } else { self.tiling.weight(index, stencil).0 };
             match tile {
                 Some(tile) => {
                     let moments = tile.moments(&Row { pattern: self.pattern, first: *first, values, bias });

@@ -54,6 +54,7 @@ pub struct TileStore<'m, const D: usize, const M: usize, const B: usize> {
 }
 
 /// How a tile came to be in the store.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Claimed {
     /// The slot it is in.
@@ -69,6 +70,7 @@ pub struct Claimed {
 }
 
 /// Every slot is taken.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileStoreFull {
     /// How many slots there are.

@@ -24,6 +24,7 @@ pub struct Tiling<const D: usize> {
 const MAX_WIDTH: usize = 1_024;
 
 /// A tiling that cannot be.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TilingError {
     /// The stencil must be even, at least 2, no wider than a tile, and have at most
