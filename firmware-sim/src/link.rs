@@ -5,6 +5,55 @@ use crate::Counters;
 /// The world around the loop: where scans come from and posteriors go.
 ///
 /// No method waits for a reader, and none but [`receive`](Self::receive) waits at all.
+///
+/// A world of one scan, which then stops the loop:
+///
+/// ```
+/// use bhm_core::{geometry::Pose, map::Map, mapper::Mapper, profile::COMPACT, scan::{Scan, ScanHeader}, tile::NoArchive};
+/// use bhm_firmware_sim::{Incoming, IncomingScan, LentMap, Link, News, Onboard, OnboardMap, Options, Patience, Report};
+///
+/// #[derive(Default)]
+/// struct OneScan {
+///     sent: bool,
+///     published: u32,
+/// }
+///
+/// impl Link<144, 40> for OneScan {
+///     type Fault = ();
+///
+///     fn receive(&mut self, _: Patience) -> Result<Incoming<'_>, ()> {
+///         if std::mem::replace(&mut self.sent, true) {
+///             return Ok(Incoming::Stop);
+///         }
+///         let header = ScanHeader {
+///             map_from_sensor: Pose::new(0.0, 0.0, 0.0),
+///             angle_min_rad: -0.5,
+///             angle_increment_rad: 0.1,
+///             range_max_m: 30.0,
+///             ..ScanHeader::default()
+///         };
+///         let scan = Scan { header, ranges_m: &[2.0; 11] };
+///         Ok(Incoming::Scan(IncomingScan { source: 1, sequence: 1, last: true, received_ns: None, scan }))
+///     }
+///
+///     fn publish(&mut self, _: &Mapper<'_, 2, 144, 40>, _: &News) -> Result<(), ()> {
+///         self.published += 1;
+///         Ok(())
+///     }
+///
+///     fn report(&mut self, _: &Report<'_>) -> Result<(), ()> {
+///         Ok(())
+///     }
+/// }
+///
+/// let mut memory = Box::new(<bhm_core::static_memory!(COMPACT)>::ZERO);
+/// let map = LentMap::new(Mapper::new(COMPACT.settings, memory.lend())?, NoArchive);
+/// let mut onboard = Onboard::new(map, OneScan::default(), Options::default());
+/// onboard.run();
+/// assert_eq!((onboard.counters().integrated, onboard.link().published), (1, 2), "the empty map first");
+/// assert!(onboard.map().mapper().occupancy(&[2.0, 0.0].into()).probability > 0.5, "a wall ahead");
+/// # Ok::<(), bhm_core::settings::SettingsError>(())
+/// ```
 pub trait Link<const M: usize, const B: usize> {
     /// What can go wrong in the link.
     type Fault;

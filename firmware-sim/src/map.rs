@@ -1,7 +1,6 @@
 use bhm_core::{
     mapper::{IntegrateReport, Mapper},
-    scan::Scan,
-    scan::ScanRejected,
+    scan::{Scan, ScanRejected},
     tile::Archive,
 };
 

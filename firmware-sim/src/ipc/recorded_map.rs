@@ -3,8 +3,7 @@ use std::vec::Vec;
 use bhm_core::{
     geometry::Pose,
     mapper::{IntegrateReport, Mapper},
-    scan::Scan,
-    scan::ScanRejected,
+    scan::{Scan, ScanRejected},
 };
 use bhm_host::map::OwnedMapper;
 

@@ -31,7 +31,7 @@ fn small(points: usize) -> (Box<dyn AnyMap>, Vec<u8>) {
 
 fn small_with(points: usize, supports: Option<LearnedSupports>) -> (Box<dyn AnyMap>, Vec<u8>) {
     let mut map = map::open_with(&profile::COMPACT, supports).unwrap();
-    let at = |i: usize| Observation::at_point(Point::<2>::new(2.0 + 0.01 * i as f32, 2.0), i % 3 == 0);
+    let at = |i: usize| Observation::at_point(Point::<2>::new(2.0 + 0.01 * i as f32, 2.0), i.is_multiple_of(3));
     let observations: Vec<_> = (0..points).map(at).collect();
     map.integrate_observations(&observations).unwrap();
     let bytes = encoded(&*map, &extras());

@@ -15,8 +15,7 @@ use std::{
 use bhm_core::{
     mapper::{IntegrateReport, Mapper},
     profile::{self, Profile},
-    scan::Scan,
-    scan::ScanRejected,
+    scan::{Scan, ScanRejected},
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
