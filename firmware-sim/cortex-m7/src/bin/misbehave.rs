@@ -7,23 +7,25 @@ use bhm_cortex_m7::{
     port::BoardPort,
     state,
 };
-use bhm_firmware_sim::serial::Port;
+use bhm_firmware_sim::serial::embedded_io::Read;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let mut port = BoardPort::new(state::link().queue.split());
     Selected::start();
     defmt::info!("waiting for a byte");
+    let mut byte = [0];
     loop {
-        match port.read() {
-            Some(b'p') => panic!("asked to"),
-            Some(b'o') => defmt::warn!("{} levels deep", overflow(1)),
+        // Waits for one.
+        let Ok(_) = port.read(&mut byte);
+        match byte[0] {
+            b'p' => panic!("asked to"),
+            b'o' => defmt::warn!("{} levels deep", overflow(1)),
             // Address space that no memory answers for.
             // SAFETY: it is not safe; the fault it raises is what is asked for.
-            Some(b'f') => unsafe { core::ptr::write_volatile(0x9fff_fff0 as *mut u32, 1) },
-            Some(b'e') => Selected::end(true),
-            Some(other) => defmt::warn!("p, o, f or e, not {=u8}", other),
-            None => port.idle(),
+            b'f' => unsafe { core::ptr::write_volatile(0x9fff_fff0 as *mut u32, 1) },
+            b'e' => Selected::end(true),
+            other => defmt::warn!("p, o, f or e, not {=u8}", other),
         }
     }
 }
