@@ -27,9 +27,9 @@ fn check(bytes: &[u8]) {
         assert_eq!(report.lines, report.scans + report.other_lines + report.damaged);
         assert_eq!(report.scans, log.scans.len() as u64);
         assert_eq!(report.damage.len() as u64, report.damaged.min(MAX_DAMAGE_KEPT as u64));
-        assert!(!log.scans.is_empty() && log.scans.is_sorted_by(|a, b| a.stamp_ns < b.stamp_ns));
+        assert!(!log.scans.is_empty() && log.scans.is_sorted_by(|a, b| a.header.stamp_ns < b.header.stamp_ns));
         for scan in &log.scans {
-            assert!((1..=MAX_BEAMS).contains(&scan.ranges_m.len()) && scan.map_from_sensor.is_finite());
+            assert!((1..=MAX_BEAMS).contains(&scan.ranges_m.len()) && scan.header.map_from_sensor.is_finite());
         }
     }
 }

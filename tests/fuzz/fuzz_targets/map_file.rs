@@ -5,7 +5,8 @@ use bhm_core::{
     geometry::Point,
     profile::{COMPACT, Capacities, Profile},
     rule::{AnyRule, JaakkolaJordan, XiStart},
-    settings::Settings,
+    settings::{BiasSettings, Settings, TileSettings},
+    support::{GaussianSettings, SupportSettings, SupportTable},
 };
 use bhm_fuzz::{learned_supports, scan, sealed, within};
 use bhm_host::{
@@ -17,13 +18,16 @@ use bhm_host::{
 /// largest capacities, and two copies of what the file holds, fit into a quarter of that.
 const LIMIT_BYTES: usize = (1 << 30) + (256 << 20);
 
-const SMALL: Profile = Profile { capacities: Capacities { tiles: 4, points: 256, rows: 256, touched: 8 }, ..COMPACT };
+const SMALL: Profile =
+    Profile { capacities: Capacities { tiles: 4, observations: 256, rows: 256, touched: 8 }, ..COMPACT };
 
 fn seeds() -> Vec<Vec<u8>> {
     let rule = AnyRule::JaakkolaJordan(JaakkolaJordan { start: XiStart::PredictedUpTo(4.0) });
-    let bounded = Settings { bias: true, tile_count: Some([2, 2]), rule, ..COMPACT.settings };
-    let supports = learned_supports().interned();
-    let spread = Settings { support_size: 0.1, ..COMPACT.settings };
+    let tile = TileSettings { count: Some([2, 2]), ..COMPACT.settings.tile };
+    let bounded = Settings { bias: Some(BiasSettings::DEFAULT), tile, rule, ..COMPACT.settings };
+    let supports = learned_supports();
+    let support = SupportSettings::GaussianSupport(GaussianSettings { size: 0.1 });
+    let spread = Settings { support, ..COMPACT.settings }.fitted(&SupportTable::EMPTY);
     let mut seeds = Vec::new();
     for (settings, supports) in
         [(COMPACT.settings, None), (bounded, None), (spread, None), (COMPACT.settings, Some(supports))]

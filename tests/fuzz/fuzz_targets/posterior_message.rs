@@ -3,9 +3,10 @@
 
 use bhm_core::{
     geometry::Point,
+    map::{Map, TileRef},
     posterior::PosteriorView,
     profile::COMPACT,
-    settings::Settings,
+    settings::{BiasSettings, Settings, TileSettings},
     tile::{TileIndex, TileSource},
 };
 use bhm_fuzz::{bytes_of, learned_supports, message_from, within};
@@ -21,44 +22,26 @@ const TILE_BYTES: usize = 36;
 /// Most tiles of an input.
 const MAX_TILES: usize = 3;
 
-fn name_of<const N: usize>(text: &str) -> [u8; N] {
-    let mut name = [0; N];
-    name[..text.len()].copy_from_slice(text.as_bytes());
-    name
-}
-
 fn header(settings: &Settings, tiles: u64, supports_digest: u32) -> PosteriorHeader {
-    let flag = |set, flag| if set { flag } else { 0 };
-    PosteriorHeader {
+    let mut header = PosteriorHeader {
         magic: PosteriorHeader::MAGIC,
         version: PosteriorHeader::VERSION,
-        flags: flag(settings.bias, PosteriorHeader::BIAS)
-            | flag(settings.tile_count.is_some(), PosteriorHeader::BOUNDED),
         mapper: 1,
         sequence: 1,
         resident: tiles,
-        origin_m: settings.origin_m,
-        spacing_m: settings.spacing_m,
-        kernel_shape: settings.kernel_shape,
-        support_size: settings.support_size,
-        prior_precision: settings.prior_precision,
-        bias_precision: settings.bias_precision,
         supports: M as u32,
         band: B as u32,
-        stencil: settings.stencil as u32,
-        tile_width: settings.tile_width.map(|width| width as u32),
-        tile_stride: settings.tile_stride.map(|stride| stride as u32),
-        tile_count: settings.tile_count.unwrap_or([0; 2]).map(|count| count as u32),
         supports_digest,
-        kernel: name_of(settings.kernel.name()),
-        support: name_of(settings.support.name()),
         ..PosteriorHeader::default()
-    }
+    };
+    header.settings_bytes = postcard::to_slice(settings, &mut header.settings).expect("they fit").len() as u32;
+    header
 }
 
 fn seeds() -> Vec<Vec<u8>> {
     let settings = COMPACT.settings;
-    let bounded = Settings { bias: true, tile_count: Some([2, 2]), ..settings };
+    let tile = TileSettings { count: Some([2, 2]), ..settings.tile };
+    let bounded = Settings { bias: Some(BiasSettings::DEFAULT), tile, ..settings };
     let digest = learned_supports().digest();
     [(settings, 0, 0), (settings, 2, 0), (bounded, 1, 0), (settings, 1, digest)]
         .into_iter()
@@ -104,16 +87,23 @@ impl TileSource<2, M, B> for Tiles {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         self.0.iter().find(|tile| tile.index == *index).map(Tile::view)
     }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
+        for tile in &self.0 {
+            visit(&TileRef::new(tile.index, tile.updates, tile.touched_at, &tile.view()));
+        }
+    }
 }
 
 fn check(bytes: &[u8]) {
     let mut rest = bytes;
     let header = message_from::<PosteriorHeader>(&mut rest);
     let tiles = Tiles(rest.chunks(TILE_BYTES).take(MAX_TILES).map(tile).collect());
-    for supports in [None, Some(learned_supports().interned())] {
+    let learned = learned_supports();
+    for supports in [None, Some(&learned)] {
         let Ok(model) = within(0, || header.check(&tiles.0, supports)) else { continue };
         let view = model.view(&tiles);
-        for at in [[0.0, 0.0], [f32::NAN, 0.0], [1e30, -1e30], [header.x_m, header.y_m], header.origin_m] {
+        for at in [[0.0, 0.0], [f32::NAN, 0.0], [1e30, -1e30], [header.x_m, header.y_m]] {
             let _ = (view.occupancy(&Point::from(at)), view.gradient(&Point::from(at)));
         }
     }

@@ -8,7 +8,8 @@ use bhm_host::{
     map,
 };
 
-const SMALL: Profile = Profile { capacities: Capacities { tiles: 4, points: 256, rows: 256, touched: 8 }, ..COMPACT };
+const SMALL: Profile =
+    Profile { capacities: Capacities { tiles: 4, observations: 256, rows: 256, touched: 8 }, ..COMPACT };
 
 /// A scan of so many beams at most is learned as well, so that one input does not take long.
 const LEARNED_BEAMS: usize = 32;
@@ -37,7 +38,8 @@ fn check(bytes: &[u8]) {
     if read.scan.ranges_m.len() <= LEARNED_BEAMS {
         let mut map = map::open(&SMALL).expect("a good profile");
         if map.integrate(&read.scan).is_ok() {
-            let at = [read.scan.map_from_sensor.x_m, read.scan.map_from_sensor.y_m].into();
+            let pose = read.scan.header.map_from_sensor;
+            let at = [pose.x_m, pose.y_m].into();
             assert!(map.occupancy(&at).probability.is_finite());
         }
     }

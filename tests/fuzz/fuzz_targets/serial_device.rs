@@ -5,11 +5,10 @@
 use std::collections::VecDeque;
 
 use bhm_core::{
-    geometry::Pose,
+    geometry::{Pose, PoseCovariance},
     mapper::{IntegrateReport, Mapper},
-    scan::ScanRejected,
     profile::{self, Capacities, Profile},
-    scan::{ScanHeader, MAX_BEAMS, Scan},
+    scan::{MAX_BEAMS, Scan, ScanHeader, ScanRejected},
 };
 use bhm_firmware_sim::{
     Onboard, OnboardMap, Options, Step,
@@ -25,7 +24,7 @@ const RUN: u64 = 7;
 
 /// Two tiles, so that they leave for each other.
 const SMALL: Profile =
-    Profile { capacities: Capacities { tiles: 2, points: 64, rows: 64, touched: 2 }, ..profile::COMPACT };
+    Profile { capacities: Capacities { tiles: 2, observations: 64, rows: 64, touched: 2 }, ..profile::COMPACT };
 
 fn line(messages: &[ToDevice<'_>]) -> Vec<u8> {
     let mut buffer = [0; TO_DEVICE_BYTES];
@@ -38,13 +37,15 @@ fn seeds() -> Vec<Vec<u8>> {
         source: 2,
         sequence,
         last,
-        stamp_ns: sequence,
-        map_from_sensor: [0.5, 0.0, 1.0],
-        pose_covariance: Some([0.1, 0.0, 0.1, 0.0, 0.0, 0.01]),
-        angle_min_rad: -1.0,
-        angle_increment_rad: 0.5,
-        range_min_m: 0.1,
-        range_max_m: 10.0,
+        header: ScanHeader {
+            stamp_ns: sequence,
+            map_from_sensor: Pose::new(0.5, 0.0, 1.0),
+            pose_covariance: Some(PoseCovariance::independent(0.3, 0.1)),
+            angle_min_rad: -1.0,
+            angle_increment_rad: 0.5,
+            range_min_m: 0.1,
+            range_max_m: 10.0,
+        },
         ranges_m: Bytes(&[0, 0, 128, 63, 0, 0, 0, 64]),
     };
     let hello = ToDevice::Hello { run: RUN };
@@ -58,7 +59,15 @@ fn seeds() -> Vec<Vec<u8>> {
 
 /// A scan that reaches several tiles.
 fn scan() -> Scan<'static> {
-    Scan { header: ScanHeader { stamp_ns: 1, map_from_sensor: Pose::new(1.0, 1.0, 0.0), angle_min_rad: 0.0, angle_increment_rad: 1.0, range_min_m: 0.1, range_max_m: 10.0, ..ScanHeader::default() }, ranges_m: &[3.0; 6] }
+    let header = ScanHeader {
+        stamp_ns: 1,
+        map_from_sensor: Pose::new(1.0, 1.0, 0.0),
+        angle_increment_rad: 1.0,
+        range_min_m: 0.1,
+        range_max_m: 10.0,
+        ..ScanHeader::default()
+    };
+    Scan { header, ranges_m: &[3.0; 6] }
 }
 
 struct Fed(VecDeque<u8>);

@@ -1,7 +1,7 @@
 //! Learned supports from shared memory.
 #![no_main]
 
-use bhm_core::support::SupportChoice;
+use bhm_core::support::SupportSettings;
 use bhm_fuzz::{bytes_of, learned_supports, message, message_from, within};
 use bhm_host::{
     ipc::{SupportMessage, SupportsHeader, SupportsRejected},
@@ -31,13 +31,11 @@ fn seeds() -> Vec<Vec<u8>> {
         count: supports.supports().len() as u64,
         origin_m: supports.origin_m(),
         spacing_m: supports.spacing_m(),
-        kernel_shape: supports.learned_with().kernel_shape,
         first: supports.window().first,
         width: supports.window().width.map(|width| width as u32),
-        kernel: name_of(supports.learned_with().kernel.name()),
         ..SupportsHeader::default()
     };
-    for (to, kind) in header.kinds.iter_mut().zip(SupportChoice::ALL) {
+    for (to, kind) in header.kinds.iter_mut().zip(SupportSettings::ALL) {
         *to = name_of(kind.name());
     }
     let mut bytes = bytes_of(&header).to_vec();
@@ -71,7 +69,7 @@ fn check(bytes: &[u8]) {
     // Kinds are written by their number here, whichever the sender had.
     let mut header = header;
     header.kinds = Default::default();
-    for (to, kind) in header.kinds.iter_mut().zip(SupportChoice::ALL) {
+    for (to, kind) in header.kinds.iter_mut().zip(SupportSettings::ALL) {
         *to = name_of(kind.name());
     }
     assert_eq!(header.check(&messages(&supports)).as_ref(), Ok(&supports));
