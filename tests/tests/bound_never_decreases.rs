@@ -46,7 +46,12 @@ fn row(features: &Features<2>, at: &[f64; 2], occupied: bool) -> SparseRow {
 
 /// Scan after scan, each in 1, 2, … passes from the same prior; returns the largest fall as a share of the specification's
 /// `1e-5·(1 + |L|)`, and the largest difference from the oracle as a share of what is allowed.
-fn check<const M: usize, const B: usize>(scans: &[Vec<SparseRow>], precision: f32, start: CoreXiStart) -> [f64; 2] {
+fn check<const M: usize, const B: usize>(
+    width: usize,
+    scans: &[Vec<SparseRow>],
+    precision: f32,
+    start: CoreXiStart,
+) -> [f64; 2] {
     let rule = AnyRule::JaakkolaJordan(JaakkolaJordan { start });
     let oracle_rule = Rule::JaakkolaJordan {
         start: match start {
@@ -54,7 +59,7 @@ fn check<const M: usize, const B: usize>(scans: &[Vec<SparseRow>], precision: f3
             CoreXiStart::PredictedUpTo(cap) => XiStart::PredictedUpTo(f64::from(cap)),
         },
     };
-    let mut learner = Learner::<M, B>::flat(precision);
+    let mut learner = Learner::<M, B>::flat(precision).on_lattice::<2>(width, 4);
     let mut worst = [0.0_f64; 2];
     for rows in scans {
         let mut belief = learner.dense().unwrap();
@@ -98,7 +103,7 @@ fn on_random_rows() {
             })
             .collect();
         for start in [CoreXiStart::Constant(1.0), CoreXiStart::PredictedUpTo(4.0)] {
-            let found = check::<64, 28>(&scans, precision, start);
+            let found = check::<64, 28>(8, &scans, precision, start);
             worst = [worst[0].max(found[0]), worst[1].max(found[1])];
         }
     }
@@ -126,7 +131,7 @@ fn on_the_rows_of_a_drive() {
             .collect();
         assert_eq!(scans.len(), 12, "{}", drive.name);
         for start in [CoreXiStart::Constant(1.0), CoreXiStart::PredictedUpTo(4.0)] {
-            let [fall, difference] = check::<144, 40>(&scans, 1e-4, start);
+            let [fall, difference] = check::<144, 40>(12, &scans, 1e-4, start);
             println!(
                 "{}, {start:?}: fall {fall:.3} of 1e-5(1 + |L|), difference {difference:.3} of what is allowed",
                 drive.name

@@ -286,9 +286,14 @@ fn forgetting_in_a_map_is_the_power_prior() {
 fn both_sides_see_the_same_rows() {
     let rows = [SparseRow { entries: vec![(1, 0.5), (3, 0.25)], occupied: true }];
     // Of a band of three from where the row begins, and of one that is pushed back to fit.
-    let banded = [BandedRow::plain::<5, 3>(&rows[0]), BandedRow::plain::<5, 5>(&rows[0])];
+    let banded = [BandedRow::of::<5, 3>(&rows[0], 0.0), BandedRow::of::<5, 5>(&rows[0], 0.0)];
     assert_eq!((banded[0].first, &banded[0].values[..]), (1, &[0.5, 0.0, 0.25][..]));
     assert_eq!((banded[1].first, &banded[1].values[..]), (0, &[0.0, 0.5, 0.0, 0.25, 0.0][..]));
+    // Of runs with a gap, which it fits into from its first weight on, and from the weight before.
+    let runs = |starts: [usize; 2]| BandedRow::new::<5>(&rows[0], 0.0, &Pattern::new(1, starts).unwrap());
+    assert_eq!((runs([0, 2]).first, &runs([0, 2]).values[..]), (1, &[0.5, 0.25][..]));
+    let wide = BandedRow::new::<5>(&rows[0], 0.0, &Pattern::new(2, [0, 3]).unwrap());
+    assert_eq!((wide.first, &wide.values[..]), (0, &[0.0, 0.5, 0.25, 0.0][..]));
     let [Observation { phi, occupied }] = observations::<5>(&rows).try_into().unwrap();
     assert_eq!((phi, occupied), (vec![0.0, 0.5, 0.0, 0.25, 0.0], true));
 }

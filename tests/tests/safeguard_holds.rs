@@ -9,7 +9,7 @@ use bhm_core::{
     reference::{DensePosterior, Features, Kernel, Observation, Prediction},
     rule::{AnyRule, GaussianVariational},
 };
-use common::{BandedRow, Learner, SAFEGUARD, SparseRow, Stream, observations};
+use common::{Learner, SAFEGUARD, SparseRow, Stream, observations};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 
@@ -85,7 +85,7 @@ fn condition(before: &DensePosterior, rows: &[Observation]) -> f64 {
 
 /// Learns scan after scan.
 fn check(precision: f32, scans: &[Vec<SparseRow>], seen: &mut Seen) -> Result<(), TestCaseError> {
-    let mut learner = Learner::<M, B>::flat(precision);
+    let mut learner = Learner::<M, B>::flat(precision).on_lattice::<2>(8, 4);
     for (number, rows) in scans.iter().enumerate() {
         let Ok(before) = learner.dense() else { break };
         let dense_rows = observations::<M>(rows);
@@ -105,7 +105,7 @@ fn check(precision: f32, scans: &[Vec<SparseRow>], seen: &mut Seen) -> Result<()
         prop_assert!(posterior.mean.iter().chain(posterior.covariance.as_flattened()).all(|value| value.is_finite()));
         prop_assert!(posterior.information.as_flattened().iter().all(|value| value.is_finite()));
         for row in rows {
-            let moments = posterior.view().moments(&BandedRow::plain::<M, B>(row).as_row());
+            let moments = posterior.view().moments(&learner.banded(row).as_row());
             let probability =
                 Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance)).probability;
             prop_assert!((0.0..=1.0).contains(&probability));

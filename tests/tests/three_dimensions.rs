@@ -11,7 +11,7 @@ use bhm_core::{
     rule::AnyRule,
     support::{AnySupport, SupportTable, Supports},
 };
-use common::{BandedRow, Differences, Learner, SAFEGUARD, SparseRow, Stream};
+use common::{Differences, Learner, SAFEGUARD, SparseRow, Stream};
 
 const WIDTH: usize = 5;
 const STENCIL: usize = 4;
@@ -55,7 +55,7 @@ fn compare(kernel: KernelSettings, exact: Kernel, rule: &AnyRule, exact_rule: &R
         bias: false,
     };
     let mut dense = DenseMap::new(features, f64::from(PRIOR));
-    let mut learner = Learner::<M, B>::flat(PRIOR);
+    let mut learner = Learner::<M, B>::flat(PRIOR).on_lattice::<3>(WIDTH, STENCIL);
     let mut stream = Stream::new(3);
     // Whole stencils lie between the second and the last but one support: two cells a side.
     let mut place = || [0, 1, 2].map(|axis| ORIGIN_M[axis] + SPACING_M * stream.between(1.01, 2.99) as f32);
@@ -70,7 +70,7 @@ fn compare(kernel: KernelSettings, exact: Kernel, rule: &AnyRule, exact_rule: &R
     for _ in 0..2_000 {
         let at = place();
         let row = row(&basis, at, false);
-        let moments = learner.posterior.view().moments(&BandedRow::plain::<M, B>(&row).as_row());
+        let moments = learner.posterior.view().moments(&learner.banded(&row).as_row());
         let got = Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance));
         differences.add(got.probability - dense.predict(&at.map(f64::from)).expect("inside").probability);
         // The gradient of every feature along every axis, by differences of the oracle's.

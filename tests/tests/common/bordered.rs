@@ -64,7 +64,8 @@ impl<const M: usize, const B: usize> Learner<M, B> {
         passes: u32,
     ) -> Result<UpdateReport, NotPositiveDefinite> {
         let rows = rows.iter().map(|row| (&row.row, row.bias));
-        push_all::<M, B, _>(rows, |rows| em::update(&mut self.posterior, rows, rule, passes, &mut self.scratch))
+        let Self { posterior, pattern, scratch, .. } = self;
+        push_all::<M, B, _>(pattern, rows, |rows| em::update(posterior, rows, rule, passes, scratch))
     }
 
     /// `Λ` with the bias as the last weight, in `f64`.

@@ -8,11 +8,11 @@ mod drive;
 mod inverse;
 mod stream;
 
-pub use banded::{BandedRow, push_all};
+pub use banded::{BandedRow, lattice_pattern, push_all};
 use bhm_core::{
     beam::{BeamLimits, BeamRule, BeamTally, Observation, RayEnd},
     em::{self, UpdateReport},
-    posterior::{NotPositiveDefinite, Posterior, Prior, Scratch},
+    posterior::{NotPositiveDefinite, Pattern, Posterior, Prior, Scratch},
     reference::{self, DensePosterior, Matrix, Safeguard},
     rule::AnyRule,
     settings::Settings,
@@ -82,13 +82,15 @@ pub fn posterior_bits<const M: usize, const B: usize>(posterior: &Posterior<M, B
 /// A posterior and everything needed to update it.
 pub struct Learner<const M: usize, const B: usize> {
     pub prior: Prior,
+    /// Of its rows.
+    pub pattern: Pattern,
     pub posterior: Box<Posterior<M, B>>,
     pub scratch: Box<Scratch<M, B>>,
 }
 
 impl<const M: usize, const B: usize> Clone for Learner<M, B> {
     fn clone(&self) -> Self {
-        let mut copy = Self::new(self.prior);
+        let mut copy = Self { pattern: self.pattern, ..Self::new(self.prior) };
         copy.posterior.copy_from(&self.posterior);
         copy
     }
@@ -116,12 +118,22 @@ impl<const M: usize, const B: usize> Learner<M, B> {
             (Box::<Posterior<M, B>>::new_zeroed().assume_init(), Box::<Scratch<M, B>>::new_zeroed().assume_init())
         };
         posterior.reset(&prior);
-        Self { prior, posterior, scratch }
+        Self { prior, pattern: Pattern::contiguous(B.min(M)), posterior, scratch }
     }
 
     /// With a prior of this precision and no bias.
     pub fn flat(precision: f32) -> Self {
         Self::new(Prior { precision, bias: None })
+    }
+
+    /// A learner of points on a lattice, whose rows are lines of a stencil: the core adds them up line by line.
+    pub fn on_lattice<const D: usize>(self, width: usize, stencil: usize) -> Self {
+        Self { pattern: lattice_pattern::<D>(width, stencil), ..self }
+    }
+
+    /// A row as the core takes it, without bias.
+    pub fn banded(&self, row: &SparseRow) -> BandedRow {
+        BandedRow::new::<M>(row, 0.0, &self.pattern)
     }
 
     /// Learns rows that must all be acceptable.
@@ -132,7 +144,8 @@ impl<const M: usize, const B: usize> Learner<M, B> {
         passes: u32,
     ) -> Result<UpdateReport, NotPositiveDefinite> {
         let rows = rows.iter().map(|row| (row, 0.0));
-        push_all::<M, B, _>(rows, |rows| em::update(&mut self.posterior, rows, rule, passes, &mut self.scratch))
+        let Self { posterior, pattern, scratch, .. } = self;
+        push_all::<M, B, _>(pattern, rows, |rows| em::update(posterior, rows, rule, passes, scratch))
     }
 
     /// The information matrix in `f64`; without bias.

@@ -108,7 +108,7 @@ fn what_was_added_to_the_diagonal_is_committed() {
         let precision = 10_f64.powf(stream.between(-6.0, -4.0)) as f32;
         let at = [stream.between(1.0, 5.99), stream.between(1.0, 5.99)];
         let rows: Vec<_> = (0..100 + stream.below(900)).map(|_| row(at, stream.unit() < 0.5)).collect();
-        let mut learner = Learner::<M, B>::flat(precision);
+        let mut learner = Learner::<M, B>::flat(precision).on_lattice::<2>(8, 4);
         let report = learner.update(&rows, &RULE, COMPACT.settings.passes).expect("conditioned, not refused");
         if report.conditioned < report.passes {
             continue;

@@ -118,7 +118,7 @@ fn clouds(passes: u32) -> Seen {
         for seed in 0..40 {
             let mut stream = Stream::new(seed);
             let precision = 10_f64.powf(stream.between(exponents.start, exponents.end)) as f32;
-            let mut learner = Learner::<M, B>::flat(precision);
+            let mut learner = Learner::<M, B>::flat(precision).on_lattice::<2>(8, 4);
             for _ in 0..2 {
                 let rows: Vec<SparseRow> = (0..20 + stream.below(150))
                     .map(|_| row([stream.between(1.0, 5.99), stream.between(1.0, 5.99)], stream.unit() < 0.3))
