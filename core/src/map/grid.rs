@@ -40,16 +40,30 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// Cells that are asked about at once: few enough for a microcontroller's stack.
-const BATCH: usize = 32;
+/// Side of the blocks of cells that are asked about at once: few enough for a microcontroller's stack. Cells of a block lie close
+/// together, and those of one cell of the lattice are answered together.
+const BLOCK: usize = 8;
 
 pub(super) fn raster<const D: usize>(map: &(impl Map<D> + ?Sized), grid: &Grid<D>, answers: &mut [Occupancy]) {
     let len = answers.len().min(grid.len());
-    for (batch, answers) in answers[..len].chunks_mut(BATCH).enumerate() {
-        let mut points = [Point::zeros(); BATCH];
-        for (offset, point) in points[..answers.len()].iter_mut().enumerate() {
-            *point = grid.centre_m(batch * BATCH + offset);
+    let row = grid.cells.first().map_or(1, |cells| (*cells).max(1));
+    for first_row in (0..len.div_ceil(row)).step_by(BLOCK) {
+        for first_column in (0..row).step_by(BLOCK) {
+            let columns = first_column..(first_column + BLOCK).min(row);
+            let numbers = (first_row..first_row + BLOCK)
+                .flat_map(|number| columns.clone().map(move |column| number * row + column))
+                .filter(|number| *number < len);
+            let mut points = [Point::zeros(); BLOCK * BLOCK];
+            let mut of_block = [Occupancy::UNKNOWN; BLOCK * BLOCK];
+            let mut count = 0;
+            for (point, number) in points.iter_mut().zip(numbers.clone()) {
+                *point = grid.centre_m(number);
+                count += 1;
+            }
+            map.occupancies(&points[..count], &mut of_block[..count]);
+            for (answer, number) in of_block.iter().zip(numbers) {
+                answers[number] = *answer;
+            }
         }
-        map.occupancies(&points[..answers.len()], answers);
     }
 }

@@ -21,7 +21,7 @@ const STEPS_A_SPACING: f32 = 8.0;
 const MAX_STEPS: f32 = 65_536.0;
 
 /// Steps that are asked about at once.
-const BATCH: usize = 32;
+const BATCH: usize = 64;
 
 pub(super) fn cast<const D: usize>(
     map: &(impl Map<D> + ?Sized),

@@ -215,11 +215,36 @@ impl<const M: usize, const B: usize> PosteriorView<'_, M, B> {
     #[inline(always)]
     #[must_use]
     pub fn moments(&self, row: &Row<'_>) -> Moments {
-        let mut variance = runs::quadratic_form(row, self.covariance);
+        let [mut variance] = runs::quadratic_forms(row.pattern, row.first, row.alone(), self.covariance);
         if row.bias != 0.0 {
             variance += row.bias * (2.0 * row.dot(self.border_covariance) + row.bias * self.bias_covariance);
         }
         Moments { mean: self.mean_of(row), variance: variance.max(0.0) }
+    }
+
+    /// [`moments`](Self::moments) of `L` rows at the same weights without bias, of which `values` are the features, weight by
+    /// weight: a vector's worth of rows at the price of one.
+    ///
+    /// # Panics
+    /// If a weight of the rows does not exist.
+    #[inline(always)]
+    #[must_use]
+    pub fn moments_of_many<const L: usize>(
+        &self,
+        pattern: &Pattern,
+        first: usize,
+        values: &[[f32; L]],
+    ) -> [Moments; L] {
+        let variances = runs::quadratic_forms(pattern, first, values, self.covariance);
+        let mut means = [0.0; L];
+        for (start, run) in pattern.starts().iter().zip(values.chunks_exact(pattern.run())) {
+            for (mean, values) in self.mean.get(first + start..).unwrap_or_default().iter().zip(run) {
+                for (sum, value) in means.iter_mut().zip(values) {
+                    *sum += value * mean;
+                }
+            }
+        }
+        core::array::from_fn(|row| Moments { mean: means[row], variance: variances[row].max(0.0) })
     }
 
     /// `φᵀμ`.

@@ -115,6 +115,12 @@ impl<'a> Row<'a> {
         Self { values, bias, ..*self }
     }
 
+    /// The features as those of one row among others at the same weights.
+    #[inline(always)]
+    pub(crate) fn alone(&self) -> &'a [[f32; 1]] {
+        self.values.as_chunks().0
+    }
+
     /// Runs: the first weight of each, and its features.
     #[inline(always)]
     pub(crate) fn runs(&self) -> impl Iterator<Item = (usize, &'a [f32])> {

@@ -3,7 +3,7 @@
 //! Run by run of the row's pattern the products are small dense blocks of fixed size, whose operands stay in registers with
 //! vectors and without. Runs of another length than those of stencils are taken as runs of one.
 
-use super::{Band, Row};
+use super::{Band, Pattern, Row};
 
 /// Storage whose rows hold the upper half of a band.
 pub(super) trait UpperRows<const B: usize> {
@@ -40,13 +40,13 @@ impl<const M: usize, const B: usize> UpperRowsMut<B> for [[[f32; B]; 2]; M] {
 
 /// Calls the function with the run length as a constant; stencils are 2, 4, 6 or 8 wide.
 macro_rules! by_run_length {
-    ($row:expr, $function:ident::<_, $B:ident>($($argument:expr),*)) => {
-        match $row.pattern.run() {
-            4 => $function::<4, $B>($($argument),*),
-            6 => $function::<6, $B>($($argument),*),
-            8 => $function::<8, $B>($($argument),*),
-            2 => $function::<2, $B>($($argument),*),
-            _ => $function::<1, $B>($($argument),*),
+    ($pattern:expr, $function:ident::<_ $(, $constant:ident)*>($($argument:expr),*)) => {
+        match $pattern.run() {
+            4 => $function::<4 $(, $constant)*>($($argument),*),
+            6 => $function::<6 $(, $constant)*>($($argument),*),
+            8 => $function::<8 $(, $constant)*>($($argument),*),
+            2 => $function::<2 $(, $constant)*>($($argument),*),
+            _ => $function::<1 $(, $constant)*>($($argument),*),
         }
     };
 }
@@ -54,27 +54,33 @@ macro_rules! by_run_length {
 /// `matrix += weight · φφᵀ` on the band; φ was checked when it was pushed.
 #[inline(always)]
 pub(super) fn add_outer<const B: usize>(matrix: &mut impl UpperRowsMut<B>, row: &Row<'_>, weight: f32) {
-    by_run_length!(row, add_blocks::<_, B>(matrix, row, weight));
+    by_run_length!(row.pattern, add_blocks::<_, B>(matrix, row, weight));
 }
 
-/// `φᵀΣφ` from the upper half of Σ's band; pairs outside the band count as zero.
+/// `φᵀΣφ` of `L` rows at the same weights, from the upper half of Σ's band; pairs outside the band count as zero. `values` are
+/// the rows' features, weight by weight.
 #[inline(always)]
-pub(super) fn quadratic_form<const B: usize>(row: &Row<'_>, sigma: &impl UpperRows<B>) -> f32 {
-    by_run_length!(row, sum_blocks::<_, B>(row, sigma))
+pub(super) fn quadratic_forms<const B: usize, const L: usize>(
+    pattern: &Pattern,
+    first: usize,
+    values: &[[f32; L]],
+    sigma: &impl UpperRows<B>,
+) -> [f32; L] {
+    by_run_length!(pattern, sum_blocks::<_, B, L>(pattern, first, values, sigma))
 }
 
-/// The first weights of the row's blocks of `N`: its runs, or single weights.
+/// The first weights of a row's blocks of `N`: its runs, or single weights.
 #[inline(always)]
-fn starts<'a, const N: usize>(row: &Row<'a>) -> impl Iterator<Item = usize> + Clone + use<'a, N> {
-    let (first, run) = (row.first, row.pattern.run());
+fn starts<const N: usize>(pattern: &Pattern, first: usize) -> impl Iterator<Item = usize> + Clone + use<'_, N> {
+    let run = pattern.run();
     let each = if N == 1 { run } else { 1 };
-    row.pattern.starts().iter().flat_map(move |start| (0..each).map(move |offset| first + start + offset))
+    pattern.starts().iter().flat_map(move |start| (0..each).map(move |offset| first + start + offset))
 }
 
 #[inline(always)]
 fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRowsMut<B>, row: &Row<'_>, weight: f32) {
     let (runs, _) = row.values.as_chunks::<N>();
-    let mut blocks = starts::<N>(row).zip(runs);
+    let mut blocks = starts::<N>(row.pattern, row.first).zip(runs);
     while let Some((first, here)) = blocks.next() {
         let scaled = here.map(|value| weight * value);
         for (i, scaled) in scaled.iter().enumerate() {
@@ -95,36 +101,59 @@ fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRowsMut<B>,
     }
 }
 
+/// `sum += left · (sigma · right)`, row by row.
 #[inline(always)]
-fn sum_blocks<const N: usize, const B: usize>(row: &Row<'_>, sigma: &impl UpperRows<B>) -> f32 {
-    let (runs, _) = row.values.as_chunks::<N>();
-    let mut blocks = starts::<N>(row).zip(runs);
+fn add_products<const L: usize>(sum: &mut [f32; L], left: &[f32; L], sigma: f32, right: &[f32; L]) {
+    for ((sum, left), right) in sum.iter_mut().zip(left).zip(right) {
+        *sum += left * (sigma * right);
+    }
+}
+
+#[inline(always)]
+fn sum_blocks<const N: usize, const B: usize, const L: usize>(
+    pattern: &Pattern,
+    first: usize,
+    values: &[[f32; L]],
+    sigma: &impl UpperRows<B>,
+) -> [f32; L] {
+    let (runs, _) = values.as_chunks::<N>();
+    let mut blocks = starts::<N>(pattern, first).zip(runs);
     // Added up block by block: where Σ is large and the variance small, long sums lose it.
-    let (mut diagonal, mut pairs) = (0.0, 0.0);
+    let (mut diagonal, mut pairs) = ([0.0; L], [0.0; L]);
+    let add = |sums: &mut [f32; L], more: &[f32; L]| {
+        for (sum, more) in sums.iter_mut().zip(more) {
+            *sum += more;
+        }
+    };
     while let Some((first, here)) = blocks.next() {
-        let (mut on, mut off) = (0.0, 0.0);
+        let (mut on, mut off) = ([0.0; L], [0.0; L]);
         for i in 0..N {
             let sigma = sigma.upper(first + i);
-            on += here[i] * (sigma[0] * here[i]);
+            add_products(&mut on, &here[i], sigma[0], &here[i]);
             for j in i + 1..N {
-                off += here[i] * (sigma[j - i] * here[j]);
+                add_products(&mut off, &here[i], sigma[j - i], &here[j]);
             }
         }
-        diagonal += on;
-        pairs += off;
+        add(&mut diagonal, &on);
+        add(&mut pairs, &off);
         for (later_first, later) in blocks.clone() {
             let apart = later_first - first;
-            let mut lanes = [0.0; N];
+            let mut sums = [[0.0; L]; N];
             for (i, value) in here.iter().enumerate() {
                 let sigma = sigma.upper(first + i).get(apart - i..).and_then(|sigma| sigma.first_chunk::<N>());
                 let Some(sigma) = sigma else { continue };
-                for ((lane, sigma), later) in lanes.iter_mut().zip(sigma).zip(later) {
-                    *lane += value * (sigma * later);
+                for ((sum, sigma), later) in sums.iter_mut().zip(sigma).zip(later) {
+                    add_products(sum, value, *sigma, later);
                 }
             }
-            pairs += lanes.iter().sum::<f32>();
+            let mut block = sums[0];
+            sums[1..].iter().for_each(|sum| add(&mut block, sum));
+            add(&mut pairs, &block);
         }
     }
     // Every pair off the diagonal stands for two.
-    2.0 * pairs + diagonal
+    for (diagonal, pairs) in diagonal.iter_mut().zip(pairs) {
+        *diagonal += 2.0 * pairs;
+    }
+    diagonal
 }

@@ -8,7 +8,7 @@
 use super::{
     Band, Moments, Row, Scratch,
     factor::{dot, for_each_panel, subtract_sources},
-    runs::{UpperRows, quadratic_form},
+    runs::{UpperRows, quadratic_forms},
 };
 
 /// `Σ` on both sides of the diagonal, as [`Scratch::invert`] leaves it.
@@ -85,7 +85,7 @@ impl<const M: usize, const B: usize> Scratch<M, B> {
     /// Mean step and variance of a row under the candidate: `φᵀ(μ − μ₋)` and `φᵀΣφ`.
     #[inline(always)]
     pub(crate) fn moments(&self, row: &Row<'_>) -> Moments {
-        let variance = quadratic_form(row, &TwoSided(&self.work));
+        let [variance] = quadratic_forms(row.pattern, row.first, row.alone(), &TwoSided(&self.work));
         let mut moments = Moments { mean: row.dot(&self.step), variance };
         if row.bias != 0.0 {
             moments.mean += row.bias * self.bias_step;

@@ -6,7 +6,7 @@ use crate::{
     geometry::Point,
     lattice::{MAX_STENCIL_NODES, Node, Stencil},
     map::{Map, Occupancy, OccupancyGradient, TileRef},
-    posterior::{Pattern, PosteriorView, Prior, Row},
+    posterior::{Moments, Pattern, PosteriorView, Prior, Row},
 };
 
 /// Whatever holds tiles: the mapper's store, a sample in shared memory, a file.
@@ -84,27 +84,98 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
     }
 }
 
-impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map<D> for MapView<'_, T, D, M, B> {
-    fn occupancy(&self, point_m: &Point<D>) -> Occupancy {
-        let mut answer = [Occupancy::UNKNOWN];
-        self.occupancies(core::slice::from_ref(point_m), &mut answer);
-        answer[0]
+/// Points of one cell that are answered together: as many as fill a vector.
+const LANES: usize = 8;
+
+/// Fewest points that are worth a vector.
+const FEWEST_LANES: usize = 3;
+
+/// Points that are sorted by cell at once: few enough for a microcontroller's stack.
+const WINDOW: usize = 64;
+
+/// One of many points: its stencil, and which of the points it is.
+type Placed<const D: usize> = (Stencil<D>, usize);
+
+impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> MapView<'_, T, D, M, B> {
+    /// Answers at most [`WINDOW`] points, cell by cell.
+    #[inline(always)]
+    fn answer_window(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
+        let mut placed: heapless::Vec<Placed<D>, WINDOW> = heapless::Vec::new();
+        for (number, (point_m, answer)) in points_m.iter().zip(&mut *answers).enumerate() {
+            match self.basis.lattice.stencil_at(point_m) {
+                Some(stencil) => placed.extend([(stencil, number)]),
+                None => *answer = Occupancy::UNKNOWN,
+            }
+        }
+        placed.sort_unstable_by_key(|(stencil, number)| (stencil.first, *number));
+        for of_one_cell in placed.chunk_by(|(one, _), (other, _)| one.first == other.first) {
+            let holding = self.holding(&of_one_cell[0].0.first);
+            for some in of_one_cell.chunks(LANES) {
+                self.answer_cell(&holding, some, points_m, answers);
+            }
+        }
     }
 
-    fn occupancies(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
+    /// Answers at most [`LANES`] points of one cell, which the tiles given hold.
+    #[inline(always)]
+    fn answer_cell(
+        &self,
+        holding: &Holding<'_, D, M, B>,
+        placed: &[Placed<D>],
+        points_m: &[Point<D>],
+        answers: &mut [Occupancy],
+    ) {
         let mut values = [0.0; MAX_STENCIL_NODES];
         let values = &mut values[..self.pattern.len().min(MAX_STENCIL_NODES)];
-        let mut last: Option<(Node<D>, Holding<'_, D, M, B>)> = None;
-        for (point_m, answer) in points_m.iter().zip(answers) {
-            let Some((stencil, bias)) = self.basis.write_features(&(*point_m).into(), None, values) else {
-                *answer = Occupancy::UNKNOWN;
-                continue;
+        let mut features = [[0.0; LANES]; MAX_STENCIL_NODES];
+        // The bias is the rare case: its covariances stand beside the band.
+        let together = placed.len() >= FEWEST_LANES && self.basis.bias_coupling.is_none();
+        for (lane, (stencil, number)) in placed.iter().enumerate() {
+            let bias = self.basis.write_features(&points_m[*number].into(), None, values).map_or(0.0, |(_, bias)| bias);
+            if together {
+                features.iter_mut().zip(&*values).for_each(|(lanes, value)| lanes[lane] = *value);
+            } else {
+                answers[*number] = self.blend(holding, stencil, values, bias);
+            }
+        }
+        if !together {
+            return;
+        }
+        let (mut means, mut variances) = ([0.0; LANES], [0.0; LANES]);
+        for (index, first, tile) in holding {
+            let moments = match tile {
+                Some(tile) => tile.moments_of_many(self.pattern, *first, &features[..values.len()]),
+                None => core::array::from_fn(|lane| {
+                    values.iter_mut().zip(&features).for_each(|(value, lanes)| *value = lanes[lane]);
+                    Moments { mean: 0.0, variance: self.prior.variance(values, 0.0) }
+                }),
             };
-            let holding = match &mut last {
-                Some((first, holding)) if *first == stencil.first => holding,
-                other => &mut other.insert((stencil.first, self.holding(&stencil.first))).1,
-            };
-            *answer = self.blend(holding, &stencil, values, bias);
+            for (lane, (stencil, _)) in placed.iter().enumerate() {
+                let weight = if holding.len() == 1 { 1.0 } else { self.tiling.weight(index, stencil).0 };
+                means[lane] += weight * moments[lane].mean;
+                variances[lane] += weight * moments[lane].variance;
+            }
+        }
+        for (lane, (_, number)) in placed.iter().enumerate() {
+            answers[*number] = Occupancy::from_moments(means[lane], variances[lane]);
+        }
+    }
+}
+
+impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map<D> for MapView<'_, T, D, M, B> {
+    fn occupancy(&self, point_m: &Point<D>) -> Occupancy {
+        let mut values = [0.0; MAX_STENCIL_NODES];
+        let values = &mut values[..self.pattern.len().min(MAX_STENCIL_NODES)];
+        let placed = self.basis.write_features(&(*point_m).into(), None, values);
+        placed.map_or(Occupancy::UNKNOWN, |(stencil, bias)| {
+            self.blend(&self.holding(&stencil.first), &stencil, values, bias)
+        })
+    }
+
+    #[inline(always)]
+    fn occupancies(&self, points_m: &[Point<D>], answers: &mut [Occupancy]) {
+        for (points_m, answers) in points_m.chunks(WINDOW).zip(answers.chunks_mut(WINDOW)) {
+            self.answer_window(points_m, answers);
         }
     }
 

@@ -7,7 +7,7 @@ use bhm_core::{
 use iceoryx2::sample::Sample;
 
 use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, topic::Ipc};
-use crate::supports::LearnedSupports;
+use crate::{map::Vectorised, supports::LearnedSupports};
 
 /// A posterior that cannot be used, perhaps only not yet.
 #[derive(Debug)]
@@ -78,6 +78,6 @@ impl<const M: usize, const B: usize> TileSource<2, M, B> for PosteriorSample<M, 
 
 impl<const M: usize, const B: usize> Viewed<2> for PosteriorSample<M, B> {
     fn as_map(&self) -> impl Map<2> + '_ {
-        self.view()
+        Vectorised(self.view())
     }
 }

@@ -12,7 +12,8 @@ use bhm_core::{
 use pulp::Arch;
 
 use super::{
-    TileArchive, UnknownShape, vectorised,
+    TileArchive, UnknownShape,
+    vectorised::{self, Vectorised},
     zeroed::{zeroed_box, zeroed_slice},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -189,7 +190,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
 
 impl<const M: usize, const B: usize> Viewed<2> for OwnedMapper<M, B> {
     fn as_map(&self) -> impl Map<2> + '_ {
-        self.view()
+        Vectorised(self.view())
     }
 }
 

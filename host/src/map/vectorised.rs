@@ -5,10 +5,12 @@
 
 use bhm_core::{
     beam::Observation,
+    geometry::Point,
+    map::{Map, Occupancy, OccupancyGradient, TileRef},
     mapper::{IntegrateReport, Mapper},
     scan::{Scan, ScanRejected},
 };
-use pulp::NullaryFnOnce;
+use pulp::{Arch, NullaryFnOnce};
 
 use super::TileArchive;
 
@@ -41,5 +43,46 @@ impl<const M: usize, const B: usize> NullaryFnOnce for IntegrateObservations<'_,
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.mapper.integrate_observations(self.observations, self.archive)
+    }
+}
+
+/// A map whose answers about many points are so compiled.
+pub(crate) struct Vectorised<T>(pub(crate) T);
+
+impl<T: Map<2>> Map<2> for Vectorised<T> {
+    fn occupancy(&self, point_m: &Point<2>) -> Occupancy {
+        self.0.occupancy(point_m)
+    }
+
+    fn gradient(&self, point_m: &Point<2>) -> OccupancyGradient<2> {
+        self.0.gradient(point_m)
+    }
+
+    fn spacing_m(&self) -> f32 {
+        self.0.spacing_m()
+    }
+
+    fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
+        self.0.for_each_tile(visit);
+    }
+
+    fn occupancies(&self, points_m: &[Point<2>], answers: &mut [Occupancy]) {
+        Arch::new().dispatch(Occupancies { map: &self.0, points_m, answers });
+    }
+}
+
+/// [`Map::occupancies`].
+struct Occupancies<'a, T> {
+    map: &'a T,
+    points_m: &'a [Point<2>],
+    answers: &'a mut [Occupancy],
+}
+
+impl<T: Map<2>> NullaryFnOnce for Occupancies<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.map.occupancies(self.points_m, self.answers);
     }
 }
