@@ -58,7 +58,7 @@ pub fn drives() -> Vec<Drive> {
 }
 
 /// The scans of the Intel Research Lab log.
-fn intel_scans() -> Option<Vec<ScanRecord>> {
+pub fn intel_scans() -> Option<Vec<ScanRecord>> {
     let directory = std::env::var_os("BHM_DATA")
         .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
     let path = directory.join("intel-corrected.log.gz");

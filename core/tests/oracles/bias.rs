@@ -3,6 +3,13 @@
 //! Between the supports of a B-spline the bias feature is zero and between those of the usual squared exponential a ripple of a
 //! hundredth, which hides an error in the bias's terms. Here the features are random, or the kernel is narrow.
 
+use crate::{
+    common::{
+        BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior,
+        dense_bordered_prior, entries,
+    },
+    map::Map,
+};
 use bhm_core::{
     geometry::Point,
     kernel::KernelChoice,
@@ -10,12 +17,6 @@ use bhm_core::{
     reference::{Rule, TileBlend, XiStart, quadratic},
     rule::AnyRule,
     settings::Settings,
-};
-use bhm_host::map::OwnedMapper;
-
-use crate::common::{
-    BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior, dense_bordered_prior,
-    entries,
 };
 
 const M: usize = 49;
@@ -143,14 +144,13 @@ const STEP_M: f64 = 1e-5;
 fn gradients_with_a_bias_are_the_functions() {
     for kernel in [KernelChoice::SquaredExponential, KernelChoice::TwoScales] {
         let profile = rippled(kernel);
-        let mut map = OwnedMapper::<196, 76>::new(&profile).expect("a usable profile");
+        let mut map = Map::<196, 76>::new(&profile);
         let mut stream = Stream::new(71);
         for _ in 0..6 {
             let places: Vec<[f32; 2]> = (0..150).map(|_| [0, 1].map(|_| stream.between(-5.0, 5.0) as f32)).collect();
-            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
             // Mostly occupied, so that the bias is far from zero.
             let occupied: Vec<_> = places.iter().map(|at| at[0] + at[1] > -5.0).collect();
-            let report = map.integrate_points(&points, &occupied).expect("usable points");
+            let report = map.integrate_points(&places, &occupied);
             assert_eq!(report.tiles_failed, 0);
         }
         let coupling = map.mapper().basis().bias_coupling.map(f64::from);

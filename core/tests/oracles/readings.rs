@@ -1,18 +1,20 @@
 //! What a range reading means, against a table written from the documentation of `Scan` and `BeamLimits`.
 
+use crate::{
+    common::{Stream, points_of, read},
+    map::Map,
+};
 use bhm_core::{
     beam::{BeamEnd, BeamLimits, BeamTally},
     geometry::{Point, Pose},
     profile::{COMPACT, Profile},
+    scan::Scan,
     settings::Settings,
     tile::Occupancy,
 };
-use bhm_host::{ScanRecord, map::OwnedMapper};
 
-use crate::common::{Stream, points_of, read};
-
-fn scan(ranges_m: Vec<f32>) -> ScanRecord {
-    ScanRecord {
+fn scan(ranges_m: &[f32]) -> Scan<'_> {
+    Scan {
         stamp_ns: 1,
         map_from_sensor: Pose::new(0.4, -0.3, 0.2),
         pose_covariance: None,
@@ -53,7 +55,7 @@ enum Kind {
     Hit,
 }
 
-fn kind(range_m: f32, scan: &ScanRecord, limits: &BeamLimits) -> Kind {
+fn kind(range_m: f32, scan: &Scan<'_>, limits: &BeamLimits) -> Kind {
     let range = f64::from(range_m);
     let matching: Vec<Kind> = [
         (range.is_nan(), Kind::NotANumber),
@@ -82,7 +84,8 @@ fn kind(range_m: f32, scan: &ScanRecord, limits: &BeamLimits) -> Kind {
 
 #[test]
 fn every_reading_means_what_is_documented_and_is_counted_once() {
-    let scan = scan(ranges());
+    let ranges = ranges();
+    let scan = scan(&ranges);
     for limits in limits() {
         let mut expected = Vec::new();
         let mut tally = BeamTally::default();
@@ -111,7 +114,8 @@ fn every_reading_means_what_is_documented_and_is_counted_once() {
 /// the beam before it.
 #[test]
 fn observations_lie_where_the_readings_say() {
-    let scan = scan(ranges());
+    let ranges = ranges();
+    let scan = scan(&ranges);
     for limits in limits().into_iter().filter(|limits| limits.no_return_free_m.min(limits.range_max_m).is_finite()) {
         let settings = Settings { limits, ..COMPACT.settings };
         let (mut hits, mut free) = (Vec::new(), 0);
@@ -154,9 +158,9 @@ fn observations_lie_where_the_readings_say() {
 fn a_map_learns_no_wall_beyond_the_range_it_believes() {
     let limits = BeamLimits { range_max_m: 5.0, no_return_free_m: 0.0 };
     let profile = Profile { settings: Settings { limits, ..COMPACT.settings }, ..COMPACT };
-    let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
-    let far = scan(vec![9.0; 150]);
-    let report = map.integrate(&far.as_scan()).unwrap();
+    let mut map = Map::<144, 40>::new(&profile);
+    let far = scan(&[9.0; 150]);
+    let report = map.integrate(&far).unwrap();
     assert_eq!(report.beams, BeamTally { beyond_range: 150, ..BeamTally::default() });
     for beam in [10, 75, 140] {
         let bearing_rad = far.angle_min_rad + beam as f32 * far.angle_increment_rad;

@@ -3,17 +3,16 @@
 use std::collections::BTreeSet;
 
 use bhm_core::{
-    geometry::Point,
     lattice::MAX_NODE,
     mapper::PointTally,
     profile::{COMPACT, Capacities, Profile},
     settings::Settings,
 };
-use bhm_host::map::OwnedMapper;
 
 use crate::{
     common::Stream,
     eviction::{Index, holding},
+    map::Map,
 };
 
 #[test]
@@ -23,7 +22,7 @@ fn every_observation_is_counted_as_what_became_of_it() {
     for (touched, tile_count) in [(128, None), (128, Some([2, 3])), (3, None), (2, Some([2, 3]))] {
         let settings = Settings { tile_count, ..COMPACT.settings };
         let profile = Profile { settings, capacities: Capacities { touched, ..COMPACT.capacities }, ..COMPACT };
-        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut map = Map::<144, 40>::new(&profile);
         let mut stream = Stream::new(31);
         for _ in 0..40 {
             let places: Vec<[f32; 2]> = (0..30)
@@ -33,8 +32,7 @@ fn every_observation_is_counted_as_what_became_of_it() {
                     _ => [0, 1].map(|_| stream.between(-6.0, 14.0) as f32),
                 })
                 .collect();
-            let points: Vec<_> = places.iter().map(|at| Point::<2>::from(*at)).collect();
-            let report = map.integrate_points(&points, &vec![true; points.len()]).unwrap();
+            let report = map.integrate_points(&places, &vec![true; places.len()]);
 
             let exists = |index: &Index| {
                 tile_count.is_none_or(|count| (0..2).all(|axis| (0..count[axis] as i32).contains(&index[axis])))

@@ -1,16 +1,18 @@
 //! What an uncertain pose does to observations: the dense posterior in `f64` of features that are the kernel averaged over
 //! where each observation may lie.
 
+use crate::{
+    common::{SAFEGUARD, Stream, points_of},
+    map::Map,
+};
 use bhm_core::{
     geometry::{Point, Pose, PoseCovariance},
     kernel::KernelChoice,
     profile::{COMPACT, Capacities, Profile},
     reference::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule},
+    scan::Scan,
     settings::Settings,
 };
-use bhm_host::{ScanRecord, map::OwnedMapper};
-
-use crate::common::{SAFEGUARD, Stream, points_of};
 
 const WIDTH: usize = 12;
 const STENCIL: usize = 8;
@@ -75,11 +77,12 @@ fn blurred(features: &Features<2>, at: [f64; 2], covariance_m2: [[f64; 2]; 2]) -
 }
 
 /// A scan from some metres outside the tile, of a wall that runs through it.
-fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> ScanRecord {
+fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> Scan<'static> {
     let side = stream.between(0.0, std::f64::consts::TAU);
     let distance = stream.between(5.0, 9.0);
     let sensor = [distance * side.cos(), distance * side.sin()];
-    ScanRecord {
+    let ranges_m: Vec<f32> = (0..41).map(|_| (distance + stream.between(-0.3, 0.3)) as f32).collect();
+    Scan {
         stamp_ns,
         map_from_sensor: Pose::new(sensor[0] as f32, sensor[1] as f32, (side + std::f64::consts::PI) as f32),
         pose_covariance: Some(covariance),
@@ -87,7 +90,7 @@ fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> ScanR
         angle_increment_rad: 0.01,
         range_min_m: 0.1,
         range_max_m: 30.0,
-        ranges_m: (0..41).map(|_| (distance + stream.between(-0.3, 0.3)) as f32).collect(),
+        ranges_m: ranges_m.leak(),
     }
 }
 
@@ -110,7 +113,7 @@ fn room_m2() -> f64 {
 fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let profile = profile();
     let features = features();
-    let mut map = OwnedMapper::<144, 92>::new(&profile).expect("a usable profile");
+    let mut map = Map::<144, 92>::new(&profile);
     let mut dense = DensePosterior::prior(&[f64::from(profile.settings.prior_precision); WIDTH * WIDTH]);
     let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
     let mut stream = Stream::new(61);
@@ -118,7 +121,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let room_m2 = room_m2();
     for stamp_ns in 1..=4 {
         let scan = scan(&mut stream, stamp_ns, covariance);
-        let report = map.integrate(&scan.as_scan()).expect("a good scan");
+        let report = map.integrate(&scan).expect("a good scan");
         assert_eq!(report.tiles_failed, 0, "{what}");
         let sensor = scan.map_from_sensor.position();
         let mut narrowed = 0;
