@@ -11,6 +11,6 @@ mod gradients;
 mod limits;
 mod oracle;
 mod squared_exponential;
-#[path = "../common/stream.rs"]
+#[path = "../../../core/tests/common/stream.rs"]
 mod stream;
 mod tally;

@@ -5,18 +5,20 @@ use bhm_core::{
     geometry::{Point, Pose},
     map::{Map, Occupancy},
     profile::{COMPACT, Profile},
-    scan::ScanHeader,
+    scan::{Scan, ScanHeader},
     settings::Settings,
 };
-use bhm_host::{ScanRecord, map::OwnedMapper};
 
-use crate::common::{Stream, points_of, read};
+use crate::{
+    common::{Stream, points_of, read},
+    map::TestMap,
+};
 
 /// The rule that profiles ship with.
 const RULE: PointSamples = PointSamples::DEFAULT;
 
-fn scan(ranges_m: Vec<f32>) -> ScanRecord {
-    ScanRecord {
+fn scan(ranges_m: &[f32]) -> Scan<'_> {
+    Scan {
         header: ScanHeader {
             stamp_ns: 1,
             map_from_sensor: Pose::new(0.4, -0.3, 0.2),
@@ -88,7 +90,8 @@ fn kind(range_m: f32, scan: &ScanHeader, limits: &BeamLimits) -> Kind {
 
 #[test]
 fn every_reading_means_what_is_documented_and_is_counted_once() {
-    let scan = scan(ranges());
+    let ranges = ranges();
+    let scan = scan(&ranges);
     for limits in limits() {
         let mut expected = Vec::new();
         let mut tally = BeamTally::default();
@@ -117,7 +120,8 @@ fn every_reading_means_what_is_documented_and_is_counted_once() {
 /// the beam before it.
 #[test]
 fn observations_lie_where_the_readings_say() {
-    let scan = scan(ranges());
+    let ranges = ranges();
+    let scan = scan(&ranges);
     for limits in limits().into_iter().filter(|limits| limits.no_return_free_m.min(limits.range_max_m).is_finite()) {
         let settings = Settings { limits, beam: AnyBeamRule::PointSamples(RULE), ..COMPACT.settings };
         let (mut hits, mut free) = (Vec::new(), 0);
@@ -160,9 +164,9 @@ fn observations_lie_where_the_readings_say() {
 fn a_map_learns_no_wall_beyond_the_range_it_believes() {
     let limits = BeamLimits { range_max_m: 5.0, no_return_free_m: 0.0 };
     let profile = Profile { settings: Settings { limits, ..COMPACT.settings }, ..COMPACT };
-    let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
-    let far = scan(vec![9.0; 150]);
-    let report = map.integrate(&far.as_scan()).unwrap();
+    let mut map = TestMap::<144, 40>::new(&profile);
+    let far = scan(&[9.0; 150]);
+    let report = map.integrate(&far).unwrap();
     assert_eq!(report.beams, BeamTally { beyond_range: 150, ..BeamTally::default() });
     for beam in [10, 75, 140] {
         let bearing_rad = far.header.angle_min_rad + beam as f32 * far.header.angle_increment_rad;

@@ -7,12 +7,14 @@ use bhm_core::{
     posterior::{Pattern, Row},
     profile::{COMPACT, Capacities, Profile},
     reference::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule},
-    scan::ScanHeader,
+    scan::{Scan, ScanHeader},
     settings::{PriorSettings, Settings, TileSettings},
 };
-use bhm_host::{ScanRecord, map::OwnedMapper};
 
-use crate::common::{SAFEGUARD, Stream, points_of};
+use crate::{
+    common::{SAFEGUARD, Stream, points_of},
+    map::TestMap,
+};
 
 const WIDTH: usize = 12;
 const STENCIL: usize = 8;
@@ -79,11 +81,12 @@ fn blurred(features: &Features<2>, at: [f64; 2], covariance_m2: [[f64; 2]; 2]) -
 }
 
 /// A scan from some metres outside the tile, of a wall that runs through it.
-fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> ScanRecord {
+fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> Scan<'static> {
     let side = stream.between(0.0, std::f64::consts::TAU);
     let distance = stream.between(5.0, 9.0);
     let sensor = [distance * side.cos(), distance * side.sin()];
-    ScanRecord {
+    let ranges_m: Vec<f32> = (0..41).map(|_| (distance + stream.between(-0.3, 0.3)) as f32).collect();
+    Scan {
         header: ScanHeader {
             stamp_ns,
             map_from_sensor: Pose::new(sensor[0] as f32, sensor[1] as f32, (side + std::f64::consts::PI) as f32),
@@ -93,7 +96,7 @@ fn scan(stream: &mut Stream, stamp_ns: u64, covariance: PoseCovariance) -> ScanR
             range_min_m: 0.1,
             range_max_m: 30.0,
         },
-        ranges_m: (0..41).map(|_| (distance + stream.between(-0.3, 0.3)) as f32).collect(),
+        ranges_m: ranges_m.leak(),
     }
 }
 
@@ -116,7 +119,7 @@ fn room_m2() -> f64 {
 fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let profile = profile();
     let features = features();
-    let mut map = OwnedMapper::<144, 92>::new(&profile).expect("a usable profile");
+    let mut map = TestMap::<144, 92>::new(&profile);
     let PriorSettings::White(prior) = profile.settings.prior;
     let mut dense = DensePosterior::prior(&[f64::from(prior.precision); WIDTH * WIDTH]);
     let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
@@ -125,7 +128,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let room_m2 = room_m2();
     for stamp_ns in 1..=4 {
         let scan = scan(&mut stream, stamp_ns, covariance);
-        let report = map.integrate(&scan.as_scan()).expect("a good scan");
+        let report = map.integrate(&scan).expect("a good scan");
         assert_eq!(report.tiles_failed, 0, "{what}");
         let sensor = scan.header.map_from_sensor.position();
         let mut narrowed = 0;

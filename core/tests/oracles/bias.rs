@@ -12,11 +12,13 @@ use bhm_core::{
     rule::AnyRule,
     settings::{BiasSettings, PriorSettings, Settings, TileSettings, WhitePrior},
 };
-use bhm_host::map::OwnedMapper;
 
-use crate::common::{
-    BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior, dense_bordered_prior,
-    labelled,
+use crate::{
+    common::{
+        BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior,
+        dense_bordered_prior, labelled,
+    },
+    map::TestMap,
 };
 
 const M: usize = 49;
@@ -148,13 +150,13 @@ fn gradients_with_a_bias_are_the_functions() {
     ];
     for kernel in kernels {
         let profile = rippled(kernel);
-        let mut map = OwnedMapper::<196, 76>::new(&profile).expect("a usable profile");
+        let mut map = TestMap::<196, 76>::new(&profile);
         let mut stream = Stream::new(71);
         for _ in 0..6 {
             let places: Vec<[f32; 2]> = (0..150).map(|_| [0, 1].map(|_| stream.between(-5.0, 5.0) as f32)).collect();
             // Mostly occupied, so that the bias is far from zero.
             let points = labelled(&places, |at| at[0] + at[1] > -5.0);
-            let report = map.integrate_observations(&points).expect("usable points");
+            let report = map.integrate_observations(&points);
             assert_eq!(report.tiles_failed, 0);
         }
         let coupling = map.mapper().basis().bias_coupling.map(f64::from);

@@ -6,9 +6,11 @@ use bhm_core::{
     profile::{COMPACT, Capacities, Profile},
     settings::Settings,
 };
-use bhm_host::map::OwnedMapper;
 
-use crate::common::{Stream, labelled, posterior_bits};
+use crate::{
+    common::{Stream, labelled, posterior_bits},
+    map::TestMap,
+};
 
 pub(crate) type Index = [i32; 2];
 
@@ -67,7 +69,7 @@ fn the_least_recently_touched_tile_leaves() {
     let stride_m = settings.spacing_m * settings.tile.stride[0] as f32;
     for slots in [1, 2, 3, 5, 8] {
         let profile = Profile { capacities: Capacities { tiles: slots, ..COMPACT.capacities }, ..COMPACT };
-        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut map = TestMap::<144, 40>::new(&profile);
         let mut model = Model { slots, ..Model::default() };
         let mut stream = Stream::new(40 + slots as u64);
         let (mut evicted, mut restored) = (0, 0);
@@ -77,7 +79,7 @@ fn the_least_recently_touched_tile_leaves() {
             let places: Vec<[f32; 2]> = (0..1 + stream.below(4))
                 .map(|_| middle.map(|x| (x + stream.between(-0.3, 0.3)) as f32 * stride_m))
                 .collect();
-            let report = map.integrate_observations(&labelled(&places, |_| false)).unwrap();
+            let report = map.integrate_observations(&labelled(&places, |_| false));
             let touched: BTreeSet<Index> = places.iter().flat_map(|at| holding(&settings, *at)).collect();
             assert_eq!(report.tiles_touched as usize, touched.len(), "scan {scan}");
             for index in touched {
@@ -92,7 +94,7 @@ fn the_least_recently_touched_tile_leaves() {
             let got: Vec<_> = map.mapper().tiles().iter().map(|tile| (tile.index, tile.touched_at)).collect();
             model.resident.sort_unstable();
             assert_eq!(got, model.resident, "{slots} slots, scan {scan}");
-            let archived: BTreeSet<Index> = map.archive().iter().map(|tile| tile.index).collect();
+            let archived: BTreeSet<Index> = map.shelf().0.keys().copied().collect();
             assert_eq!(archived, model.archived, "{slots} slots, scan {scan}");
         }
         assert_eq!((evicted, restored), (model.evicted, model.restored), "{slots} slots");
@@ -105,11 +107,11 @@ fn the_least_recently_touched_tile_leaves() {
 fn a_tile_in_a_used_slot_knows_nothing_of_the_tile_before() {
     let learn = |slots: usize| {
         let profile = Profile { capacities: Capacities { tiles: slots, ..COMPACT.capacities }, ..COMPACT };
-        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut map = TestMap::<144, 40>::new(&profile);
         let mut stream = Stream::new(47);
         for _ in 0..60 {
             let at = [0, 1].map(|_| stream.between(-12.0, 12.0) as f32);
-            map.integrate_observations(&labelled(&[at], |at| at[0] > 0.0)).unwrap();
+            map.integrate_observations(&labelled(&[at], |at| at[0] > 0.0));
         }
         let tiles = map.all_tiles();
         tiles.iter().map(|tile| (tile.index, tile.updates, posterior_bits(&tile.posterior))).collect::<Vec<_>>()

@@ -8,11 +8,11 @@ use bhm_core::{
     profile::{COMPACT, Capacities, Profile},
     settings::{Settings, TileSettings},
 };
-use bhm_host::map::OwnedMapper;
 
 use crate::{
     common::{Stream, labelled},
     eviction::{Index, holding},
+    map::TestMap,
 };
 
 #[test]
@@ -23,7 +23,7 @@ fn every_observation_is_counted_as_what_became_of_it() {
         let tile = TileSettings { count: tile_count, ..COMPACT.settings.tile };
         let settings = Settings { tile, ..COMPACT.settings };
         let profile = Profile { settings, capacities: Capacities { touched, ..COMPACT.capacities }, ..COMPACT };
-        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut map = TestMap::<144, 40>::new(&profile);
         let mut stream = Stream::new(31);
         for _ in 0..40 {
             let places: Vec<[f32; 2]> = (0..30)
@@ -33,7 +33,7 @@ fn every_observation_is_counted_as_what_became_of_it() {
                     _ => [0, 1].map(|_| stream.between(-6.0, 14.0) as f32),
                 })
                 .collect();
-            let report = map.integrate_observations(&labelled(&places, |_| true)).unwrap();
+            let report = map.integrate_observations(&labelled(&places, |_| true));
 
             let exists = |index: &Index| {
                 tile_count.is_none_or(|count| (0..2).all(|axis| (0..count[axis] as i32).contains(&index[axis])))

@@ -26,11 +26,11 @@ pub fn bordered_prior(precision: f32, bias_precision: f32, coupling: f32) -> Pri
 pub fn dense_bordered_prior<const M: usize>(precision: f32, bias_precision: f32, coupling: f32) -> DensePosterior {
     let (precision, bias_precision, coupling) = (f64::from(precision), f64::from(bias_precision), f64::from(coupling));
     let mut information = vec![vec![0.0; M + 1]; M + 1];
-    for i in 0..M {
-        information[i][i] = precision;
-        information[i][M] = -precision * coupling;
-        information[M][i] = -precision * coupling;
+    for (i, row) in information.iter_mut().enumerate().take(M) {
+        row[i] = precision;
+        row[M] = -precision * coupling;
     }
+    information[M] = vec![-precision * coupling; M + 1];
     information[M][M] = bias_precision + M as f64 * precision * coupling * coupling;
     DensePosterior::from_information(information, vec![0.0; M + 1]).expect("a prior")
 }

@@ -8,6 +8,7 @@ mod conditioning;
 mod counts;
 mod eviction;
 mod kept_pass;
+mod map;
 mod readings;
 mod rectangles;
 mod settings;
