@@ -1,6 +1,6 @@
 //! Bayesian Hilbert maps in fixed memory.
 //!
-//! One continuous function says, for every point of the plane, how likely it is occupied and how sure that is. It is
+//! One continuous function says, for every point of space, how likely it is occupied and how sure that is. It is
 //! learned scan by scan, exactly (full covariance within a tile), with a bounded number of operations and no memory but
 //! what it is given at the start: no `std`, no allocation, no clock, no randomness, no I/O.
 #![no_std]

@@ -1,4 +1,4 @@
-//! Many maps, one function: overlapping tiles, each with a posterior of its own, in memory that the caller lends.
+//! Many maps, one function: overlapping tiles, each with a posterior of its own, in memory that is lent or owned.
 
 mod query;
 mod store;

@@ -19,7 +19,9 @@
 //! Learned supports are part of what a map says, so that a map file holds them whole (see [`supports`](crate::supports)): it
 //! needs no other file to be asked or continued.
 //!
-//! Version 3 has settings as the core encodes them, each with what means it; versions 1 and 2 had a list of numbers. The version changes with anything that changes the meaning of a byte, the order of an enumeration's variants included.
+//! Version 3 has settings as the core encodes them; versions 1 and 2, a list of numbers, are refused. The version changes with
+//! anything that changes the meaning of a byte: a further field of the settings, or another order of an enumeration's variants.
+//! A further variant at the end of one changes none.
 
 mod decode;
 mod encode;

@@ -1,7 +1,7 @@
 //! Supports that were learned: one of its own for each lattice node of a window, what they were learned with, and the files
 //! that they are kept in.
 //!
-//! The core borrows a table ([`SupportTable`]), which it neither reads nor keeps. Here is what owns one: [`LearnedSupports`].
+//! The core takes a table ([`SupportTable`]) and neither reads nor writes files of one. Here is what does: [`LearnedSupports`].
 //! Maps, map files and shared memory carry it; what they say of a place is the same only with the same table.
 //!
 //! A file of supports holds, in its frame (see [`framed`](crate::framed)), as postcard: lattice, window, what the supports were
