@@ -120,6 +120,19 @@ impl<'s, const D: usize> Basis<'s, D> {
         if values.len() != self.lattice.stencil_nodes() {
             return None;
         }
+        Some((stencil, self.write_features_at(&stencil, place, spread_m2, values)))
+    }
+
+    /// [`write_features`](Self::write_features) of a place whose stencil is known, over as many values as the stencil has nodes;
+    /// answers the bias feature.
+    #[inline]
+    pub(crate) fn write_features_at(
+        &self,
+        stencil: &Stencil<D>,
+        place: &Place<D>,
+        spread_m2: Option<&SMatrix<f32, D, D>>,
+        values: &mut [f32],
+    ) -> f32 {
         let blurred;
         let kernel = match spread_m2 {
             Some(spread_m2) => {
@@ -134,13 +147,13 @@ impl<'s, const D: usize> Basis<'s, D> {
                 self.supports.everywhere.over_lattice(kernel, &stencil.from_first_m, spacing_m, width, values);
             }
             Place::Point(_) => {
-                for (slot, (node, displacement)) in values.iter_mut().zip(self.nodes(&stencil)) {
+                for (slot, (node, displacement)) in values.iter_mut().zip(self.nodes(stencil)) {
                     *slot = self.supports.at(&node).feature(kernel, &displacement);
                 }
             }
             Place::Segment { from_m, to_m } => {
                 let along = to_m - from_m;
-                for (slot, (node, middle)) in values.iter_mut().zip(self.nodes(&stencil)) {
+                for (slot, (node, middle)) in values.iter_mut().zip(self.nodes(stencil)) {
                     let support = self.supports.at(&node);
                     *slot = match self.segments {
                         Averaging::Exact => support.segment_feature(kernel, &middle, &along),
@@ -149,8 +162,7 @@ impl<'s, const D: usize> Basis<'s, D> {
                 }
             }
         }
-        let bias = self.bias_coupling.map_or(0.0, |coupling| 1.0 - coupling * values.iter().sum::<f32>());
-        Some((stencil, bias))
+        self.bias_coupling.map_or(0.0, |coupling| 1.0 - coupling * values.iter().sum::<f32>())
     }
 
     /// ∂φ/∂x at the point whose stencil is given.

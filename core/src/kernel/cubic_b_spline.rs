@@ -82,9 +82,6 @@ fn beta_slope(t: f32) -> f32 {
     }
 }
 
-/// Widest stencil whose splines are evaluated axis by axis.
-const WIDEST: usize = 8;
-
 /// Widest blur, in spacings along an axis, whose quadrature can be trusted; a wider one counts as wholly cut off.
 const WIDEST_BLUR: f32 = 0.85;
 
@@ -125,6 +122,29 @@ impl<const D: usize> CubicBSpline<D> {
             }
             partial
         })
+    }
+
+    /// A product over axes: `W` splines along each instead of as many as the stencil has nodes.
+    ///
+    /// Axis by axis each product so far becomes `W` products, from the last to the first, so that none is overwritten before it
+    /// is used.
+    #[inline]
+    fn along_axes<const W: usize>(&self, from_first_m: &Point<D>, spacing_m: f32, values: &mut [f32]) {
+        let mut products = 1;
+        if let Some(first) = values.first_mut() {
+            *first = 1.0;
+        }
+        for from_first in from_first_m.iter() {
+            let along: [f32; W] =
+                core::array::from_fn(|i| beta((from_first - i as f32 * spacing_m) * self.per_spacing));
+            for product in (0..products).rev() {
+                let so_far = values[product];
+                if let Some(slot) = values.as_chunks_mut::<W>().0.get_mut(product) {
+                    *slot = along.map(|value| so_far * value);
+                }
+            }
+            products *= W;
+        }
     }
 
     /// Piece by piece between the lattice lines through the support's neighbours, where the product of splines is one
@@ -187,30 +207,17 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
 
     #[inline]
     fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
-        if self.blur.is_some() || width > WIDEST || values.len() != width.pow(D as u32) {
+        if self.blur.is_some() || !matches!(width, 2 | 4 | 6 | 8) || values.len() != width.pow(D as u32) {
             for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
                 *slot = self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m));
             }
             return;
         }
-        // A product over axes: `width` splines along each instead of as many as the stencil has nodes. Axis by axis each product
-        // so far becomes `width` products, from the last to the first, so that none is overwritten before it is used.
-        let mut products = 1;
-        if let Some(first) = values.first_mut() {
-            *first = 1.0;
-        }
-        for from_first in from_first_m.iter() {
-            let mut along = [0.0; WIDEST];
-            for (i, value) in along.iter_mut().enumerate().take(width) {
-                *value = beta((from_first - i as f32 * spacing_m) * self.per_spacing);
-            }
-            for product in (0..products).rev() {
-                let so_far = values[product];
-                for (slot, value) in values[product * width..(product + 1) * width].iter_mut().zip(&along) {
-                    *slot = so_far * value;
-                }
-            }
-            products *= width;
+        match width {
+            4 => self.along_axes::<4>(from_first_m, spacing_m, values),
+            6 => self.along_axes::<6>(from_first_m, spacing_m, values),
+            8 => self.along_axes::<8>(from_first_m, spacing_m, values),
+            _ => self.along_axes::<2>(from_first_m, spacing_m, values),
         }
     }
 

@@ -101,12 +101,16 @@ fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRowsMut<B>,
     }
 }
 
-/// `sum += left · (sigma · right)`, row by row.
+/// `sum + left · (sigma · right)`, row by row.
 #[inline(always)]
-fn add_products<const L: usize>(sum: &mut [f32; L], left: &[f32; L], sigma: f32, right: &[f32; L]) {
-    for ((sum, left), right) in sum.iter_mut().zip(left).zip(right) {
-        *sum += left * (sigma * right);
-    }
+fn add_products<const L: usize>(sum: [f32; L], left: &[f32; L], sigma: f32, right: &[f32; L]) -> [f32; L] {
+    core::array::from_fn(|row| sum[row] + left[row] * (sigma * right[row]))
+}
+
+/// The sum of two, row by row.
+#[inline(always)]
+fn add<const L: usize>(left: [f32; L], right: [f32; L]) -> [f32; L] {
+    core::array::from_fn(|row| left[row] + right[row])
 }
 
 #[inline(always)]
@@ -120,22 +124,17 @@ fn sum_blocks<const N: usize, const B: usize, const L: usize>(
     let mut blocks = starts::<N>(pattern, first).zip(runs);
     // Added up block by block: where Σ is large and the variance small, long sums lose it.
     let (mut diagonal, mut pairs) = ([0.0; L], [0.0; L]);
-    let add = |sums: &mut [f32; L], more: &[f32; L]| {
-        for (sum, more) in sums.iter_mut().zip(more) {
-            *sum += more;
-        }
-    };
     while let Some((first, here)) = blocks.next() {
         let (mut on, mut off) = ([0.0; L], [0.0; L]);
         for i in 0..N {
             let sigma = sigma.upper(first + i);
-            add_products(&mut on, &here[i], sigma[0], &here[i]);
+            on = add_products(on, &here[i], sigma[0], &here[i]);
             for j in i + 1..N {
-                add_products(&mut off, &here[i], sigma[j - i], &here[j]);
+                off = add_products(off, &here[i], sigma[j - i], &here[j]);
             }
         }
-        add(&mut diagonal, &on);
-        add(&mut pairs, &off);
+        diagonal = add(diagonal, on);
+        pairs = add(pairs, off);
         for (later_first, later) in blocks.clone() {
             let apart = later_first - first;
             let mut sums = [[0.0; L]; N];
@@ -143,17 +142,12 @@ fn sum_blocks<const N: usize, const B: usize, const L: usize>(
                 let sigma = sigma.upper(first + i).get(apart - i..).and_then(|sigma| sigma.first_chunk::<N>());
                 let Some(sigma) = sigma else { continue };
                 for ((sum, sigma), later) in sums.iter_mut().zip(sigma).zip(later) {
-                    add_products(sum, value, *sigma, later);
+                    *sum = add_products(*sum, value, *sigma, later);
                 }
             }
-            let mut block = sums[0];
-            sums[1..].iter().for_each(|sum| add(&mut block, sum));
-            add(&mut pairs, &block);
+            pairs = add(pairs, sums.iter().copied().reduce(add).unwrap_or([0.0; L]));
         }
     }
     // Every pair off the diagonal stands for two.
-    for (diagonal, pairs) in diagonal.iter_mut().zip(pairs) {
-        *diagonal += 2.0 * pairs;
-    }
-    diagonal
+    core::array::from_fn(|row| 2.0 * pairs[row] + diagonal[row])
 }

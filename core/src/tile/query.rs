@@ -90,8 +90,8 @@ const LANES: usize = 8;
 /// Fewest points that are worth a vector.
 const FEWEST_LANES: usize = 3;
 
-/// Points that are sorted by cell at once: few enough for a microcontroller's stack.
-const WINDOW: usize = 64;
+/// Points that are sorted by cell at once: six kilobytes of stack.
+const WINDOW: usize = 256;
 
 /// One of many points: its stencil, and which of the points it is.
 type Placed<const D: usize> = (Stencil<D>, usize);
@@ -131,7 +131,7 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
         // The bias is the rare case: its covariances stand beside the band.
         let together = placed.len() >= FEWEST_LANES && self.basis.bias_coupling.is_none();
         for (lane, (stencil, number)) in placed.iter().enumerate() {
-            let bias = self.basis.write_features(&points_m[*number].into(), None, values).map_or(0.0, |(_, bias)| bias);
+            let bias = self.basis.write_features_at(stencil, &points_m[*number].into(), None, values);
             if together {
                 features.iter_mut().zip(&*values).for_each(|(lanes, value)| lanes[lane] = *value);
             } else {
