@@ -1,4 +1,4 @@
-//! What a map is made with, as plain numbers, and the model that follows from it.
+//! What a map is made with, what it is encoded as, and the model that follows from it.
 
 #[cfg(feature = "serde")]
 mod axes;
