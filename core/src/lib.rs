@@ -8,7 +8,7 @@
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
-#[cfg(any(test, feature = "reference"))]
+#[cfg(test)]
 extern crate std;
 
 mod define;
@@ -23,8 +23,6 @@ pub mod map;
 pub mod mapper;
 pub mod posterior;
 pub mod profile;
-#[cfg(feature = "reference")]
-pub mod reference;
 pub mod relevance;
 pub mod rule;
 pub mod scan;

@@ -5,9 +5,9 @@ mod common;
 use bhm_core::{
     beam::Observation,
     profile::COMPACT,
-    reference::{Features, Kernel, Rule, XiStart},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
 };
+use bhm_oracle::{Features, Kernel, Rule, XiStart};
 use common::{Learner, SparseRow, Stream, drives, observations, points_of};
 
 const PASSES: u32 = 20;

@@ -6,9 +6,9 @@ use bhm_core::{
     geometry::Point,
     map::Map as _,
     profile::{COMPACT, Capacities, INDOOR, Profile},
-    reference::TileBlend,
 };
 use bhm_host::map::OwnedMapper;
+use bhm_oracle::TileBlend;
 use common::{Drive, Stream, drives, points_of};
 
 type Map = OwnedMapper<144, 40>;

@@ -8,11 +8,11 @@ use bhm_core::{
     kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
     map::Map,
     profile::{COMPACT, Capacities, Profile},
-    reference::{DenseMap, Features, Matrix, Rule, TileBlend, XiStart},
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart as CoreXiStart},
     settings::{BiasSettings, PriorSettings, Settings, TileSettings},
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
+use bhm_oracle::{DenseMap, Features, Matrix, Rule, TileBlend, XiStart};
 use common::{Differences, Drive, SAFEGUARD, Stream, drives, points_of};
 
 const SPLINE: KernelSettings = KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT);

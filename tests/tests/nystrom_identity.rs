@@ -9,9 +9,9 @@ mod common;
 use bhm_core::{
     geometry::Point,
     kernel::{Kernel, SquaredExponential},
-    reference::{DensePosterior, Factor, Kernel as ExactKernel, Matrix, Rule, XiStart, quadratic, times},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
 };
+use bhm_oracle::{DensePosterior, Factor, Kernel as ExactKernel, Matrix, Rule, XiStart, quadratic, times};
 use common::{Learner, SparseRow, Stream, observations};
 
 const M: usize = 40;

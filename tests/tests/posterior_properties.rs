@@ -9,11 +9,11 @@ use bhm_core::{
     map::Map,
     posterior::{NotPositiveDefinite, Pattern, RowError, RowState, Rows},
     profile::{COMPACT, Capacities, Profile},
-    reference::{DenseMap, DensePosterior, Features, Observation, Rule, TileBlend, XiStart},
     rule::{AnyRule, JaakkolaJordan, XiStart as CoreXiStart},
     settings::{BiasSettings, Settings, TileSettings},
 };
 use bhm_host::map::OwnedMapper;
+use bhm_oracle::{DenseMap, DensePosterior, Features, Observation, Rule, TileBlend, XiStart};
 use common::{BandedRow, Learner, SAFEGUARD, SparseRow, Stream, labelled, observations};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -5,10 +5,8 @@ mod common;
 
 use std::cell::RefCell;
 
-use bhm_core::{
-    reference::{DensePosterior, Features, Kernel, Observation, Prediction},
-    rule::{AnyRule, GaussianVariational},
-};
+use bhm_core::rule::{AnyRule, GaussianVariational};
+use bhm_oracle::{DensePosterior, Features, Kernel, Observation, Prediction};
 use common::{Learner, SAFEGUARD, SparseRow, Stream, observations};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};

@@ -7,10 +7,10 @@ use bhm_core::{
     geometry::Point,
     kernel::{Averaging, CubicBSplineSettings, KernelSettings, SquaredExponentialSettings},
     lattice::{Lattice, Window, offsets},
-    reference::{DenseMap, Features, Kernel, Prediction, Rule, XiStart},
     rule::AnyRule,
     support::{AnySupport, SupportTable, Supports},
 };
+use bhm_oracle::{DenseMap, Features, Kernel, Prediction, Rule, XiStart};
 use common::{Differences, Learner, SAFEGUARD, SparseRow, Stream};
 
 const WIDTH: usize = 5;

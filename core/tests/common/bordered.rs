@@ -3,9 +3,9 @@
 use bhm_core::{
     em::{self, UpdateReport},
     posterior::{BiasPrior, NotPositiveDefinite, Prior},
-    reference::{DensePosterior, Matrix, Observation},
     rule::AnyRule,
 };
+use bhm_oracle::{DensePosterior, Matrix, Observation};
 
 use super::{BandedRow, Learner, SparseRow, push_all};
 

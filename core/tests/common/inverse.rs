@@ -1,6 +1,6 @@
 //! Whether the stored `Σ` is the inverse of the stored `Λ`, in `f64`.
 
-use bhm_core::reference::{Factor, Matrix};
+use bhm_oracle::{Factor, Matrix};
 
 use super::Learner;
 

@@ -13,11 +13,12 @@ use bhm_core::{
     beam::{BeamLimits, BeamRule, BeamTally, Observation, RayEnd},
     em::{self, UpdateReport},
     posterior::{NotPositiveDefinite, Pattern, Posterior, Prior, Scratch},
-    reference::{self, DensePosterior, Matrix, Safeguard},
     rule::AnyRule,
     scan::Scan,
     settings::Settings,
 };
+use bhm_oracle::Observation as DenseObservation;
+use bhm_oracle::{DensePosterior, Matrix, Safeguard};
 pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior};
 pub use inverse::Inverse;
 pub use stream::Stream;
@@ -169,14 +170,14 @@ impl<const M: usize, const B: usize> Learner<M, B> {
 }
 
 /// Rows with every feature, for the oracle.
-pub fn observations<const M: usize>(rows: &[SparseRow]) -> Vec<reference::Observation> {
+pub fn observations<const M: usize>(rows: &[SparseRow]) -> Vec<DenseObservation> {
     rows.iter()
         .map(|row| {
             let mut phi = vec![0.0; M];
             for (index, value) in &row.entries {
                 phi[*index as usize] = f64::from(*value);
             }
-            reference::Observation { phi, occupied: row.occupied }
+            DenseObservation { phi, occupied: row.occupied }
         })
         .collect()
 }

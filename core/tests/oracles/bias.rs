@@ -8,10 +8,10 @@ use bhm_core::{
     kernel::{KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     map::Map,
     profile::{COMPACT, Capacities, Profile},
-    reference::{Rule, TileBlend, XiStart, quadratic},
     rule::AnyRule,
     settings::{BiasSettings, PriorSettings, Settings, TileSettings, WhitePrior},
 };
+use bhm_oracle::{Rule, TileBlend, XiStart, quadratic};
 
 use crate::{
     common::{
@@ -79,12 +79,7 @@ fn a_belief_with_a_bias_is_the_dense_belief_with_a_weight_more() {
 }
 
 /// Mean and variance of rows that were never learned.
-fn moments_agree(
-    learner: &Learner<M, B>,
-    dense: &bhm_core::reference::DensePosterior,
-    stream: &mut Stream,
-    what: &str,
-) {
+fn moments_agree(learner: &Learner<M, B>, dense: &bhm_oracle::DensePosterior, stream: &mut Stream, what: &str) {
     for _ in 0..40 {
         let row = random_row(stream);
         let exact = dense.predict(&bordered_observations::<M>(std::slice::from_ref(&row))[0].phi);

@@ -2,9 +2,9 @@
 
 use bhm_core::{
     profile::COMPACT,
-    reference::{Factor, Features, Kernel, Matrix},
     rule::{AnyRule, GaussianVariational},
 };
+use bhm_oracle::{Factor, Features, Kernel, Matrix};
 
 use crate::common::{Inverse, Learner, SparseRow, Stream, observations};
 

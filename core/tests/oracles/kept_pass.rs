@@ -3,9 +3,9 @@
 
 use bhm_core::{
     profile::COMPACT,
-    reference::{Features, Kernel, Rule},
     rule::{AnyRule, GaussianVariational},
 };
+use bhm_oracle::{Features, Kernel, Rule};
 
 use crate::common::{Inverse, Learner, SAFEGUARD, SparseRow, Stream, observations};
 

@@ -6,10 +6,10 @@ use bhm_core::{
     kernel::{KernelSettings, SquaredExponentialSettings},
     posterior::{Pattern, Row},
     profile::{COMPACT, Capacities, Profile},
-    reference::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule},
     scan::{Scan, ScanHeader},
     settings::{PriorSettings, Settings, TileSettings},
 };
+use bhm_oracle::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule};
 
 use crate::{
     common::{SAFEGUARD, Stream, points_of},
@@ -170,7 +170,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
         let first = window.index_of_whole(&stencil.stencil.first, STENCIL).expect("inside");
         let moments =
             tile.posterior.view().moments(&Row { pattern: &pattern, first, values: &stencil.values, bias: 0.0 });
-        let got = bhm_core::reference::Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance));
+        let got = bhm_oracle::Prediction::from_moments(f64::from(moments.mean), f64::from(moments.variance));
         worst = worst.max((got.probability - exact.probability).abs());
         assert!((got.probability - exact.probability).abs() <= LARGEST, "{what}: at {at:?} {got:?} for {exact:?}");
     }

@@ -7,9 +7,9 @@ use bhm_core::{
     geometry::{Place, Point},
     kernel::{Averaging, CubicBSplineSettings, KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     lattice::{Lattice, offsets},
-    reference::{Average, Bump, Extent},
     support::{GaussianSettings, PointSettings, RectangleSettings, SupportSettings, SupportTable, Supports},
 };
+use bhm_oracle::{Average, Bump, Extent};
 
 use crate::{
     cubic_b_spline::{BLURRED_LITTLE, absolute},

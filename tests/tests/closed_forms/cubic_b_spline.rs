@@ -1,9 +1,7 @@
 //! The cubic B-spline, in every composition.
 
-use bhm_core::{
-    kernel::{CubicBSplineSettings, KernelSettings},
-    reference::Bump,
-};
+use bhm_core::kernel::{CubicBSplineSettings, KernelSettings};
+use bhm_oracle::Bump;
 
 use crate::{
     draw::{Case, Over, logarithmic},

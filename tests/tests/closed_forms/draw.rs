@@ -5,9 +5,9 @@ use bhm_core::{
     kernel::{
         AnyKernel, Averaging, Kernel, KernelSettings, SquaredExponential, SquaredExponentialSettings, TwoScalesSettings,
     },
-    reference::{Average, Bump, Extent, Square},
     support::{AnySupport, GaussianSupport, PointSupport, RectangularSupport},
 };
+use bhm_oracle::{Average, Bump, Extent, Square};
 use nalgebra::SMatrix;
 
 use crate::stream::Stream;

@@ -1,6 +1,6 @@
 //! Gradients against differences of the oracle, in units of the kernel's width.
 
-use bhm_core::reference::Average;
+use bhm_oracle::Average;
 
 use crate::{
     cubic_b_spline::draw,

@@ -3,9 +3,9 @@
 use bhm_core::{
     geometry::Point,
     kernel::{Averaging, CubicBSpline, Kernel, SquaredExponential, TwoScales},
-    reference::{Average, Bump, Extent},
     support::{GaussianSupport, PointSupport, RectangularSupport, Support},
 };
+use bhm_oracle::{Average, Bump, Extent};
 use nalgebra::SMatrix;
 
 use crate::{draw::wide, stream::Stream};

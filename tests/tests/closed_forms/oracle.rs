@@ -1,6 +1,6 @@
 //! Whether the oracle is one: refined it says the same, and where an integral is known it is that.
 
-use bhm_core::reference::{Average, Bump, Extent};
+use bhm_oracle::{Average, Bump, Extent};
 
 use crate::{
     cubic_b_spline,

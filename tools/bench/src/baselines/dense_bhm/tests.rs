@@ -1,8 +1,6 @@
-use bhm_core::{
-    profile::COMPACT,
-    reference::{DensePosterior, Observation, Rule, XiStart},
-};
+use bhm_core::profile::COMPACT;
 use bhm_host::dataset::LabelledPoints;
+use bhm_oracle::{DensePosterior, Observation, Rule, XiStart};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

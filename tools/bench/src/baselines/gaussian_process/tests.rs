@@ -1,4 +1,4 @@
-use bhm_core::reference::{Factor, quadratic, sigmoid, times};
+use bhm_oracle::{Factor, quadratic, sigmoid, times};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,8 +1,6 @@
-use bhm_core::{
-    profile::COMPACT,
-    reference::{DensePosterior, Factor, Observation},
-};
+use bhm_core::profile::COMPACT;
 use bhm_host::dataset::LabelledPoints;
+use bhm_oracle::{DensePosterior, Factor, Observation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -77,7 +75,7 @@ fn full_batches_end_at_the_greatest_evidence_lower_bound() {
         }
         let now = belief(&prior, &sites);
         let wanted: Vec<_> = moments.iter().map(|moments| moments.mean).collect();
-        let pulls = bhm_core::reference::times(&now.information, &wanted);
+        let pulls = bhm_oracle::times(&now.information, &wanted);
         sites.iter_mut().zip(pulls).for_each(|(site, pull)| site.1 = pull);
     }
     let best = belief(&prior, &sites);

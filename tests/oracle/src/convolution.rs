@@ -1,7 +1,5 @@
 //! A kernel averaged over a Gaussian, a box and a segment at once, by quadrature in `f64`.
 
-use std::{vec, vec::Vec};
-
 use super::{
     Kernel,
     quadrature::{Square, apply, eigen, gauss_legendre, lower_inverse, lower_root, normal_trapezoid, times_transposed},

@@ -1,11 +1,10 @@
 //! The oracle: the same mathematics, dense, in `f64`, and as naive as can be.
 //!
-//! Written from the formulas, which each item states, and not from the rest of this crate, and sharing no code with
-//! it: no band, no sparse rows, no rearranged sums, no re-parametrised bias. What the crate computes is compared with what
-//! this computes. Needs `std`; only tests and tools enable it.
+//! Written from the formulas, which each item states, and not from the core, and sharing no code with it: no band, no sparse
+//! rows, no rearranged sums, no re-parametrised bias. What the core computes is compared with what this computes.
 //!
 //! ```
-//! use bhm_core::reference::{DenseMap, Features, Kernel, Rule, Safeguard};
+//! use bhm_oracle::{DenseMap, Features, Kernel, Rule, Safeguard};
 //!
 //! let features = Features {
 //!     origin_m: [0.0, 0.0],

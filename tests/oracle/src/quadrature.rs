@@ -1,8 +1,6 @@
 //! Quadrature rules and the little linear algebra that puts them where an integrand lives, in `f64`.
 #![allow(clippy::needless_range_loop, reason = "indices as the formulas have them")]
 
-use std::vec::Vec;
-
 /// A small matrix, row by row.
 pub type Square<const D: usize> = [[f64; D]; D];
 

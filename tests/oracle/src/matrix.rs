@@ -1,7 +1,5 @@
 //! Just enough dense linear algebra.
 
-use std::{vec, vec::Vec};
-
 /// A square matrix, row by row.
 pub type Matrix = Vec<Vec<f64>>;
 

@@ -1,7 +1,5 @@
 //! The belief about all weights at once, full covariance, and both update rules.
 
-use std::{vec, vec::Vec};
-
 use super::matrix::{Factor, Matrix, quadratic, times};
 use super::{expected_ln_sigmoid, lambda, ln_sigmoid, sigmoid};
 

@@ -1,10 +1,10 @@
 //! Tiles as one continuous function, in `f64`, from given means and covariances.
 
-use std::{collections::BTreeMap, vec, vec::Vec};
+use std::collections::BTreeMap;
 
 use super::matrix::{Matrix, quadratic};
 use super::{Features, Kernel, Prediction};
-use crate::{
+use bhm_core::{
     kernel::KernelSettings,
     settings::{PriorSettings, Settings},
 };
@@ -74,7 +74,7 @@ impl TileBlend {
     pub fn insert_view<const M: usize, const B: usize>(
         &mut self,
         index: [i32; 2],
-        tile: &crate::posterior::PosteriorView<'_, M, B>,
+        tile: &bhm_core::posterior::PosteriorView<'_, M, B>,
     ) {
         let mut mean: Vec<f64> = tile.mean.iter().copied().map(f64::from).collect();
         let mut covariance = vec![vec![0.0; M]; M];

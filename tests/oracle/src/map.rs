@@ -1,7 +1,5 @@
 //! One dense map over a fixed box of supports.
 
-use std::vec::Vec;
-
 use super::{DensePosterior, Features, Observation, Prediction, Rule, Trace};
 
 /// A belief and the features it is about.

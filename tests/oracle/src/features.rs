@@ -1,7 +1,5 @@
 //! Which supports there are and what a point makes of them.
 
-use std::{vec, vec::Vec};
-
 use super::Kernel;
 
 /// A box of supports on a lattice, the last axis counted fastest; with a bias, one more feature that is always 1.
