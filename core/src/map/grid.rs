@@ -40,9 +40,9 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// Side of the blocks of cells that are asked about at once: five kilobytes of stack. Cells of a block lie close
+/// Side of the blocks of cells that are asked about at once: cells of a block lie close
 /// together, and those of one cell of the lattice are answered together.
-const BLOCK: usize = 16;
+const BLOCK: usize = 8;
 
 pub(super) fn raster<const D: usize>(map: &(impl Map<D> + ?Sized), grid: &Grid<D>, answers: &mut [Occupancy]) {
     let len = answers.len().min(grid.len());

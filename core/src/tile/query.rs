@@ -90,8 +90,8 @@ const LANES: usize = 8;
 /// Fewest points that are worth a vector.
 const FEWEST_LANES: usize = 3;
 
-/// Points that are sorted by cell at once: six kilobytes of stack.
-const WINDOW: usize = 256;
+/// Points that are sorted by cell at once: few enough for a microcontroller's stack.
+const WINDOW: usize = 64;
 
 /// One of many points: its stencil, and which of the points it is.
 type Placed<const D: usize> = (Stencil<D>, usize);
