@@ -1,11 +1,14 @@
-//! What becomes of each observation, against a count that looks at every tile.
+//! What becomes of each observation, against a count that looks at every tile; and of each beam where there are too many.
 
 use std::collections::BTreeSet;
 
 use bhm_core::{
+    beam::{AnyBeamRule, PointSamples},
+    geometry::Pose,
     lattice::MAX_NODE,
     mapper::ObservationTally,
     profile::{COMPACT, Capacities, Profile},
+    scan::{Scan, ScanHeader},
     settings::{Settings, TileSettings},
 };
 
@@ -72,4 +75,35 @@ fn every_observation_is_counted_as_what_became_of_it() {
         }
     }
     assert!(all.outside > 100 && all.over_capacity > 100 && all.unplaceable > 100, "{all:?}");
+}
+
+/// As many observations as there is room for, and one more or less: every beam is used, or every second, every fourth, …
+#[test]
+fn beams_are_thinned_by_halves_until_they_fit() {
+    let rule = PointSamples { free_spacing_m: 1.0, gap_m: 0.1 };
+    // 1 to 5 free points and the hit, the ranges nowhere near where that number changes.
+    let each: Vec<usize> = (0..60).map(|beam| 2 + beam * 7 % 5).collect();
+    let ranges_m: Vec<f32> = each.iter().map(|count| *count as f32 - 1.4).collect();
+    let header = ScanHeader {
+        stamp_ns: 1,
+        map_from_sensor: Pose::new(0.2, 0.1, 0.0),
+        angle_min_rad: -3.0,
+        angle_increment_rad: 0.1,
+        range_max_m: 30.0,
+        ..ScanHeader::default()
+    };
+    let used = |every: usize| each.iter().step_by(every);
+    let levels = [1, 2, 4, 8, 16, 32, 64];
+    let sums = levels.map(|every| used(every).sum::<usize>());
+    for observations in sums.iter().flat_map(|sum| [sum - 1, *sum, sum + 1]) {
+        let settings = Settings { beam: AnyBeamRule::PointSamples(rule), ..COMPACT.settings };
+        let capacities = Capacities { tiles: 4, observations, ..COMPACT.capacities };
+        let mut map = TestMap::<144, 40>::new(&Profile { settings, capacities, ..COMPACT });
+        let report = map.integrate(&Scan { header, ranges_m: &ranges_m }).unwrap();
+        let fits = levels.iter().zip(sums).find(|(_, sum)| *sum <= observations);
+        let (beams, all) = fits.map_or((0, 0), |(every, sum)| (used(*every).len(), sum));
+        let found =
+            (report.beams.hits as usize, report.beams.over_capacity as usize, report.observations.used as usize);
+        assert_eq!(found, (beams, 60 - beams, all), "room for {observations}");
+    }
 }

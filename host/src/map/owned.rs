@@ -217,3 +217,32 @@ impl<const M: usize, const B: usize> TileSource<2, M, B> for Everywhere<'_, M, B
         archived.for_each(|tile| visit(&tile.as_ref()));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bhm_core::profile::COMPACT;
+
+    #[test]
+    fn tiles_are_shown_in_order_wherever_they_are() {
+        let profile = Profile { capacities: Capacities { tiles: 7, ..COMPACT.capacities }, ..COMPACT };
+        let mut map = OwnedMapper::<144, 40>::new(&profile).unwrap();
+        let mut state = 1_u32;
+        for scan in 1..=60 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let at = [(state >> 20) as f32 % 16.0 - 8.0, (state >> 26) as f32 % 16.0 - 8.0];
+            map.integrate_observations(&[Observation::at_point(at.into(), true)]).unwrap();
+            let mut shown = Vec::new();
+            map.for_each_tile(&mut |tile| shown.push((tile.index, tile.updates, tile.touched_at, tile.mean.to_vec())));
+            let tiles = map.mapper().tiles().iter().chain(map.archive().iter());
+            let mut expected: Vec<_> =
+                tiles.map(|tile| (tile.index, tile.updates, tile.touched_at, tile.posterior.mean.to_vec())).collect();
+            expected.sort_unstable_by_key(|tile| tile.0);
+            assert_eq!(shown, expected, "after {scan} scans");
+        }
+        let resident: Vec<_> = map.mapper().tiles().iter().map(|tile| tile.index).collect();
+        let archived: Vec<_> = map.archive().iter().map(|tile| tile.index).collect();
+        assert!(archived.iter().any(|index| *index < resident[0]) && archived.iter().any(|index| *index > resident[0]));
+        assert!(archived.iter().any(|index| *index > resident[resident.len() - 1]), "{resident:?} {archived:?}");
+    }
+}
