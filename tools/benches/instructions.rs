@@ -71,7 +71,7 @@ impl Task {
                 "kernel-shape" => match &mut settings.kernel {
                     KernelSettings::SquaredExponential(kernel) => kernel.shape = number(),
                     KernelSettings::TwoScales(kernel) => kernel.shape = number(),
-                    KernelSettings::CubicBSpline(_) => panic!("{argument}: the kernel has no shape"),
+                    _ => panic!("{argument}: the kernel has no shape"),
                 },
                 "segment-length" => match &mut settings.beam {
                     AnyBeamRule::LineSegments(rule) => rule.length = number(),

@@ -119,7 +119,7 @@ impl Serialize for Learned {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { counters, .. } = self;
         let of_scans = [("scans", counters.integrated), ("scans_rejected", counters.rejected())];
-        let of_maps = ["beams_", "points_", "rows", "tiles_", "passes", "safeguards", "conditioned"];
+        let of_maps = ["beams_", "observations_", "rows", "tiles_", "passes", "safeguards", "conditioned"];
         let counts = counters.iter().filter(|(name, _)| of_maps.iter().any(|prefix| name.starts_with(prefix)));
         serializer.collect_map(of_scans.into_iter().chain(counts))
     }

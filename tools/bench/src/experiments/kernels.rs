@@ -61,9 +61,9 @@ pub fn compare(
 /// The shape of a kernel that has one, in units of spacing².
 fn shape_of(kernel: &KernelSettings) -> Option<f32> {
     match kernel {
-        KernelSettings::CubicBSpline(_) => None,
         KernelSettings::SquaredExponential(kernel) => Some(kernel.shape),
         KernelSettings::TwoScales(kernel) => Some(kernel.shape),
+        _ => None,
     }
 }
 

@@ -32,21 +32,19 @@ const SCANS_COUNTED: usize = 100;
 /// # Errors
 /// If a variant cannot learn all that it is shown.
 pub fn compare(split: &BeamSplit, base: &Settings, lengths: &[f32]) -> anyhow::Result<Table<BeamColumns>> {
-    let (PointSamples { free_spacing_m, gap_m }, samples) = match base.beam {
-        AnyBeamRule::PointSamples(rule) => (rule, LineSegments::DEFAULT.samples),
-        AnyBeamRule::LineSegments(LineSegments { gap_m, samples, .. }) => {
-            (PointSamples { gap_m, ..PointSamples::DEFAULT }, samples)
-        }
+    let (as_points, as_segments) = match base.beam {
+        AnyBeamRule::PointSamples(rule) => (rule, LineSegments { gap_m: rule.gap_m, ..LineSegments::DEFAULT }),
+        AnyBeamRule::LineSegments(rule) => (PointSamples { gap_m: rule.gap_m, ..PointSamples::DEFAULT }, rule),
     };
     let every = split.training.len().div_ceil(SCANS_COUNTED);
     let load = |settings: &Settings| Load::of(split.training.iter().step_by(every), settings);
     let points = |free_spacing_m: f32| {
-        let beam = AnyBeamRule::PointSamples(PointSamples { free_spacing_m, gap_m });
+        let beam = AnyBeamRule::PointSamples(PointSamples { free_spacing_m, ..as_points });
         Settings { beam, ..*base }
     };
-    let mut variants = vec![Variant::new("points, as configured", points(free_spacing_m))];
+    let mut variants = vec![Variant::new("points, as configured", points(as_points.free_spacing_m))];
     for length in lengths {
-        let beam = AnyBeamRule::LineSegments(LineSegments { length: *length, samples, gap_m });
+        let beam = AnyBeamRule::LineSegments(LineSegments { length: *length, ..as_segments });
         let segments = Settings { beam, ..*base };
         variants.push(Variant::new(format!("segments of {length}"), segments));
         let goal = load(&segments)?;

@@ -142,14 +142,14 @@ impl Granularity {
     /// What is the same for everybody.
     fn base(&self) -> Settings {
         let learning = if self.paper { PAPER.settings } else { OUTDOOR.settings };
-        let gap_m = match OUTDOOR.settings.beam {
-            AnyBeamRule::PointSamples(rule) => rule.gap_m,
-            AnyBeamRule::LineSegments(rule) => rule.gap_m,
+        let as_points = match OUTDOOR.settings.beam {
+            AnyBeamRule::PointSamples(rule) => rule,
+            AnyBeamRule::LineSegments(rule) => PointSamples { gap_m: rule.gap_m, ..PointSamples::DEFAULT },
         };
         Settings {
             rule: learning.rule,
             passes: learning.passes,
-            beam: AnyBeamRule::PointSamples(PointSamples { free_spacing_m: self.free_spacing_m, gap_m }),
+            beam: AnyBeamRule::PointSamples(PointSamples { free_spacing_m: self.free_spacing_m, ..as_points }),
             // Like every weight, as in the paper: a bias with a narrow prior would not be heard beside them.
             bias: PAPER.settings.bias.filter(|_| self.bias),
             ..OUTDOOR.settings
