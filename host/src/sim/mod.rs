@@ -12,7 +12,7 @@
 //! let scene = Scene::named("building")?;
 //! let scan = scene.simulate(7).next().expect("a route has scans");
 //! assert_eq!(scan.ranges_m.len(), scene.lidar.beams);
-//! assert!(!scene.world().is_occupied([scan.map_from_sensor.x_m, scan.map_from_sensor.y_m]));
+//! assert!(!scene.world().is_occupied([scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m]));
 //! # Ok::<(), bhm_host::sim::UnknownScene>(())
 //! ```
 //!

@@ -121,11 +121,19 @@ fn every_cut_is_noticed() {
 }
 
 /// A file of one support as version 2 has it, which later programs read and write alike.
-const ONE_SUPPORT: &[u8] = b"BHM sup\n\x01\0\0\0u\0\0\0\0\0\0\0\
-    \0\0\0\0\0\0\0\0\0\0\0?\x01\x04\
-    \x01\x01\x0ecubic-b-spline\0\0\0?\x06a te\
-    st\x18point\ngaussian\nrectang\
-    le\x01\x01\0\0\x80<\0\0\0\0\0\0\x80<\0\0\0\0\0\0\0\0\0\0\0\0\
+const ONE_SUPPORT: &[u8] = b"BHM sup\n\x02\0\0\0d\0\0\0\0\0\0\0\
+    \0\0\0\0\0\0\0\0\0\0\0?\x01\x04\x01\x01\
+    \x01\0\x06a test\
+    \x18point\ngaussian\nrectangle\
+    \x01\x01\0\0\x80<\0\0\0\0\0\0\x80<\0\0\0\0\0\0\0\0\0\0\0\0\
+    \xa7u\t7";
+
+/// The same supports as version 1 had them: the kernel by its name, with a shape.
+const ONE_SUPPORT_OF_VERSION_1: &[u8] = b"BHM sup\n\x01\0\0\0u\0\0\0\0\0\0\0\
+    \0\0\0\0\0\0\0\0\0\0\0?\x01\x04\x01\x01\
+    \x0ecubic-b-spline\0\0\0?\x06a test\
+    \x18point\ngaussian\nrectangle\
+    \x01\x01\0\0\x80<\0\0\0\0\0\0\x80<\0\0\0\0\0\0\0\0\0\0\0\0\
     \x04M\x0fl";
 
 #[test]
@@ -134,7 +142,17 @@ fn a_file_of_version_2_is_read_and_its_bytes_are_these() {
     let supports = vec![SupportSettings::GaussianSupport(GaussianSettings { size: 0.25 }).build(0.5)];
     let expected = LearnedSupports::new([0.0; 2], 0.5, window, supports, with("a test")).unwrap();
     assert_eq!(decode(ONE_SUPPORT).unwrap(), expected);
-    assert_eq!(FILE_KIND.encode(FILE_KIND.contents(ONE_SUPPORT).unwrap()), ONE_SUPPORT);
+    assert_eq!(encode(&expected), ONE_SUPPORT);
+}
+
+#[test]
+fn a_file_of_version_1_is_refused_with_both_versions() {
+    let problem = problem(ONE_SUPPORT_OF_VERSION_1);
+    assert_eq!(problem.to_string(), "format version 1, only 2 is understood");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.sup");
+    std::fs::write(&path, ONE_SUPPORT_OF_VERSION_1).unwrap();
+    assert_eq!(load(&path).unwrap_err().to_string(), format!("{}: {problem}", path.display()));
 }
 
 #[test]

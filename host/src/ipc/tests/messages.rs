@@ -2,7 +2,7 @@ use bhm_core::{
     geometry::PoseCovariance,
     kernel::{KernelSettings, SquaredExponentialSettings},
     scan::{MAX_BEAMS, Scan, ScanHeader, ScanRejected},
-    settings::{Model, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
+    settings::{ENCODED_BYTES, Model, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
     shape::{self, ShapeVisitor},
 };
 use iceoryx2::prelude::ZeroCopySend;
@@ -67,10 +67,12 @@ fn layouts_are_those_of_these_versions() {
     assert_eq!(size_of::<ScanMessage>(), 104 + 4 * MAX_BEAMS);
     assert_eq!(std::mem::offset_of!(ScanMessage, ranges_m), 104);
     assert_eq!(size_of::<StatusMessage>(), 48 + 40 * MAX_COUNTERS);
-    assert_eq!(size_of::<PosteriorHeader>(), 240);
-    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 132);
+    assert_eq!((size_of::<PosteriorHeader>(), ENCODED_BYTES), (312, 192));
+    assert_eq!(std::mem::offset_of!(PosteriorHeader, supports), 100);
+    assert_eq!(std::mem::offset_of!(PosteriorHeader, settings), 116);
     assert_eq!(size_of::<PosteriorTile<144, 40>>(), 32 + 4 * (144 + 144 + 144 * 40));
-    assert_eq!(size_of::<SupportsHeader>(), 88 + 32 * MAX_SUPPORT_KINDS);
+    assert_eq!(size_of::<SupportsHeader>(), (52 + 32 * MAX_SUPPORT_KINDS).next_multiple_of(8));
+    assert_eq!(std::mem::offset_of!(SupportsHeader, kinds), 52);
     assert_eq!(size_of::<SupportMessage>(), 28);
     // SAFETY: the names are read, nothing is done with them.
     let names = unsafe {
@@ -84,10 +86,10 @@ fn layouts_are_those_of_these_versions() {
         ]
     };
     let (plain, learned) = names.split_at(4);
-    assert_eq!(plain, ["bhm.scan.v2", "bhm.status.v2", "bhm.posterior.v2", "bhm.posterior-tile.v1"]);
-    assert_eq!(learned, ["bhm.supports.v1", "bhm.support.v1"]);
-    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [2, 2, 2]);
-    assert_eq!(SupportsHeader::VERSION, 1);
+    assert_eq!(plain, ["bhm.scan.v2", "bhm.status.v2", "bhm.posterior.v3", "bhm.posterior-tile.v1"]);
+    assert_eq!(learned, ["bhm.supports.v2", "bhm.support.v1"]);
+    assert_eq!([ScanMessage::VERSION, StatusMessage::VERSION, PosteriorHeader::VERSION], [2, 2, 3]);
+    assert_eq!(SupportsHeader::VERSION, 2);
 }
 
 #[test]
