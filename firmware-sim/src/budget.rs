@@ -186,13 +186,15 @@ impl Instructions {
         let rest = m * (27 * b * b / 10 + 20 * b + 300);
         measured.then_some(Self {
             scan: 20_000,
-            beam: 300,
+            beam: 200,
             counted: 60,
-            observation: 1_000,
+            // Its features, and its place in the lists of its tiles.
+            observation: 20 * f + 80,
             tile: 6 * m * b + 60_000,
-            // Two of the F²/2 products that a row makes with itself, with Σ and for Λ; then what is done feature by feature.
-            row: 9 * f * f + 170 * f + 400,
-            row_pass: 6 * f * f + 60 * f + 900,
+            // Two of the F²/2 products that a row makes with itself, with Σ and for Λ, here as in each pass; then what is done
+            // feature by feature.
+            row: 6 * f * f + 105 * f + 400,
+            row_pass: 6 * f * f + 65 * f + 950,
             pass: factor + rest,
             again: factor,
             row_again: 3 * f * f + 300,
