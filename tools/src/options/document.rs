@@ -78,6 +78,9 @@ const CHOICES: [Choice; 5] = choices! {
 /// Keys that a configuration may have and a profile has not.
 const OPTIONAL: [&[&str]; 3] = [&["supports"], &["max_range_m"], &["settings", "tile", "count"]];
 
+/// Where there is one key of several, with what belongs to it: another one takes its place.
+const ONE_OF: [&[&str]; 1] = [&["settings", "rule", "jaakkola-jordan", "start"]];
+
 /// Where a bias stands, which is there or not: a table, or on and off as `true` and `false`.
 const BIAS: [&str; 2] = ["settings", "bias"];
 
@@ -182,27 +185,36 @@ impl Document {
         Ok(())
     }
 
-    /// The number at an option's place; `None` where what is chosen has no such number.
-    pub(super) fn number(&self, option: &MapOption) -> Option<f32> {
+    /// The number at an option's place, or what is chosen there instead and has no such number.
+    pub(super) fn number(&self, option: &MapOption) -> Result<f32, String> {
         let mut table = &self.table;
-        let (key, parents) = option.path.split_last()?;
+        let mut place = "configuration";
+        let (key, parents) = option.path.split_last().unwrap_or((&"", &[]));
         for parent in parents {
-            let value = match *parent {
-                VARIANT => table.values().next(),
-                name => table.get(name),
+            let found = match *parent {
+                VARIANT => table.iter().next(),
+                name => table.get_key_value(name),
             };
-            table = value?.as_table()?;
+            let Some((name, Value::Table(inner))) = found else { break };
+            (place, table) = (name, inner);
         }
-        match table.get(*key)? {
-            Value::Float(number) => Some(*number as f32),
-            Value::Integer(number) => Some(*number as f32),
-            _ => None,
+        match table.get(*key) {
+            Some(Value::Float(number)) => Ok(*number as f32),
+            Some(Value::Integer(number)) => Ok(*number as f32),
+            _ => Err(format!("{place} has no {}", option.flag)),
         }
     }
 
     /// What the layers come to.
     pub(super) fn read(&self) -> Result<Configuration, String> {
-        Value::Table(self.table.clone()).try_into().map_err(|error: toml::de::Error| error.message().to_owned())
+        Value::Table(self.table.clone()).try_into().map_err(|error: toml::de::Error| {
+            // Of the place, only the whole text of an error tells.
+            let text = error.to_string();
+            match text.lines().last().and_then(|line| line.strip_prefix("in ")) {
+                Some(place) => format!("{place}: {}", error.message()),
+                None => error.message().to_owned(),
+            }
+        })
     }
 }
 
@@ -265,21 +277,24 @@ fn lay_table(base: &mut Table, layer: &DeTable<'_>, path: &mut Vec<String>) -> R
                     lay_table(&mut bias, layer, path)?;
                     base.insert(name.to_owned(), Value::Table(bias));
                 }
-                (Some(Value::Table(inner)), DeValue::Table(layer)) => lay_table(inner, layer, path)?,
-                (Some(before), value_here) => {
-                    let number = matches!(value_here, DeValue::Integer(_) | DeValue::Float(_));
-                    if is_number(before) && !number {
-                        let text = value_here.as_str().map_or("another type".to_owned(), |text| format!("{text:?}"));
-                        return Err(at(format!("`{}` is {text}, expected a number", path.join("."))));
+                (Some(Value::Table(inner)), DeValue::Table(layer))
+                    if !ONE_OF.iter().any(|known| is_at(known, path)) =>
+                {
+                    lay_table(inner, layer, path)?;
+                }
+                (Some(before), _) => {
+                    let value = plain(value);
+                    if let Some(expected) = misfit(before, &value) {
+                        return Err(at(format!("`{}` is {value}, expected {expected}", path.join("."))));
                     }
-                    *before = plain(value);
+                    *before = value;
                 }
                 (None, _) if OPTIONAL.iter().any(|known| is_at(known, path)) => {
                     base.insert(name.to_owned(), plain(value));
                 }
                 (None, _) => {
-                    let known: Vec<_> = base.keys().map(|key| format!("`{key}`")).collect();
-                    return Err(at(format!("unknown field `{name}`, expected one of {}", known.join(", "))));
+                    let known = fields(base, &path[..path.len() - 1]).join("`, `");
+                    return Err(at(format!("unknown field `{name}`, expected one of `{known}`")));
                 }
             }
         }
@@ -288,8 +303,31 @@ fn lay_table(base: &mut Table, layer: &DeTable<'_>, path: &mut Vec<String>) -> R
     Ok(())
 }
 
-fn is_number(value: &Value) -> bool {
-    matches!(value, Value::Integer(_) | Value::Float(_))
+/// The fields that a table at this place may have: those that it has, and those that may be absent.
+fn fields<'t>(table: &'t Table, path: &[String]) -> Vec<&'t str> {
+    let absent =
+        OPTIONAL.into_iter().chain([&BIAS[..]]).filter_map(|known| known.split_last()).filter_map(|(key, parents)| {
+            (parents.iter().copied().eq(path.iter().map(String::as_str)) && !table.contains_key(*key)).then_some(*key)
+        });
+    let mut fields: Vec<_> = table.keys().map(String::as_str).chain(absent).collect();
+    fields.sort_unstable();
+    fields
+}
+
+/// What was expected of a value that cannot take the place of the one before.
+fn misfit(before: &Value, value: &Value) -> Option<&'static str> {
+    match (before, value) {
+        (Value::Float(_), Value::Integer(_) | Value::Float(_)) => None,
+        (Value::Float(_), _) => Some("a number"),
+        (Value::Integer(_), Value::Integer(0..)) => None,
+        (Value::Integer(_), _) => Some("a whole number of at least 0"),
+        (Value::Array(_), Value::Array(_)) | (Value::String(_), Value::String(_)) => None,
+        (Value::Array(_), _) => Some("a list"),
+        (Value::String(_), _) => Some("a text"),
+        (Value::Table(_), Value::Table(_)) => None,
+        (Value::Table(_), _) => Some("a table"),
+        _ => None,
+    }
 }
 
 /// A value without its places in the text.

@@ -21,7 +21,7 @@ use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions, ScanLog},
     map::{self, AnyMap},
-    supports::{self, LearnedSupports, SupportsError},
+    supports::{self, LearnedSupports, SupportsError, SupportsFileError},
 };
 use clap::{
     Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches,
@@ -121,6 +121,30 @@ impl MapOption {
     }
 }
 
+/// Why options cannot be used.
+#[derive(Debug)]
+enum Unusable {
+    /// They cannot be meant.
+    Meant(String),
+    /// The file of supports that they name cannot be used, whatever else they say.
+    Supports(SupportsFileError),
+}
+
+impl From<String> for Unusable {
+    fn from(problem: String) -> Self {
+        Self::Meant(problem)
+    }
+}
+
+impl From<Unusable> for anyhow::Error {
+    fn from(unusable: Unusable) -> Self {
+        match unusable {
+            Unusable::Meant(problem) => Usage(problem).into(),
+            Unusable::Supports(problem) => problem.into(),
+        }
+    }
+}
+
 /// What the options come to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Effective {
@@ -192,13 +216,14 @@ impl MapOptions {
         };
         let effective = self.layered(default_profile, defaults, text).map_err(fault)?;
         let effective = effective.map_err(|problem| {
+            let Unusable::Meant(problem) = problem else { return problem.into() };
             // The file's fault if it says so on its own.
             let alone = Self::default().layered(default_profile, &[], text);
             match &file {
-                Some((path, _)) if matches!(&alone, Ok(Err(alone)) if *alone == problem) => {
-                    Usage(format!("{}: {problem}", path.display()))
+                Some((path, _)) if matches!(&alone, Ok(Err(Unusable::Meant(alone))) if *alone == problem) => {
+                    anyhow::Error::from(Usage(format!("{}: {problem}", path.display())))
                 }
-                _ => Usage(problem),
+                _ => Usage(problem).into(),
             }
         })?;
         if let Some(SupportsFile { path, supports }) = &effective.supports {
@@ -221,14 +246,14 @@ impl MapOptions {
         default_profile: &'static Profile,
         defaults: &[(&str, f32)],
         file: Option<&str>,
-    ) -> Result<Result<Effective, String>, document::Problem> {
+    ) -> Result<Result<Effective, Unusable>, document::Problem> {
         let given = self.given.iter().find(|(option, _)| option.flag == "profile").and_then(|(_, name)| name.as_str());
         let in_file = file.and_then(|text| text.parse::<Table>().ok());
         let in_file = in_file.as_ref().and_then(|table| table.get("profile")?.as_str());
         let name = given.or(in_file).unwrap_or(default_profile.name);
         let Some(named) = profile::named(name) else {
             let names = profile::ALL.map(|profile| profile.name).join(", ");
-            return Ok(Err(format!("unknown profile `{name}`, expected one of {names}")));
+            return Ok(Err(Unusable::Meant(format!("unknown profile `{name}`, expected one of {names}"))));
         };
         let mut document = Document::of(&Effective::of(*named).whole());
         for (flag, default) in defaults {
@@ -254,7 +279,7 @@ impl Effective {
 
     /// What a configuration whose named profile is `named` comes to, or what is wrong with it. Supports are loaded, unless
     /// they are `known`.
-    fn of_document(named: &Profile, document: &Document, known: Option<&SupportsFile>) -> Result<Self, String> {
+    fn of_document(named: &Profile, document: &Document, known: Option<&SupportsFile>) -> Result<Self, Unusable> {
         let Configuration {
             supports,
             max_range_m,
@@ -266,7 +291,7 @@ impl Effective {
         } = document.read()?;
         let supports = match (supports, known) {
             (Some(path), Some(known)) if known.path == path => Some(known.clone()),
-            (Some(path), _) => Some(load(&path).map_err(|error| format!("{error:#}"))?),
+            (Some(path), _) => Some(load(&path)?),
             (None, _) => None,
         };
         let table = supports.as_ref().map_or(&SupportTable::EMPTY, |file| file.supports.table());
@@ -282,7 +307,7 @@ impl Effective {
         let poses = PoseDeviations { pose_deviation: pose_deviation_m, heading_deviation: heading_deviation_rad };
         poses.check()?;
         if let Some(max_range) = max_range_m.filter(|range| !(range.is_finite() && *range > 0.0)) {
-            return Err(format!("maximum range is {max_range}, expected a positive number"));
+            return Err(Unusable::Meant(format!("maximum range is {max_range}, expected a positive number")));
         }
         let mut profile = Profile { settings, capacities, ..*named };
         make_room(&mut profile, &named.settings, &document.capacities_named);
@@ -315,8 +340,8 @@ impl Effective {
         Ok(self.whole().text(settings.fitted(table) == settings)?)
     }
 
-    /// One of the numbers in effect; `None` where what is chosen has no such number.
-    pub(crate) fn number(&self, option: &MapOption) -> Option<f32> {
+    /// One of the numbers in effect, or what is chosen instead and has no such number.
+    pub(crate) fn number(&self, option: &MapOption) -> Result<f32, String> {
         Document::of(&self.whole()).number(option)
     }
 
@@ -332,6 +357,7 @@ impl Effective {
             document.set(option, Value::Float(f64::from(*value))).map_err(|problem| problem.message)?;
         }
         Self::of_document(named, &document, self.supports.as_ref())
+            .map_err(|unusable| format!("{:#}", anyhow::Error::from(unusable)))
     }
 
     /// An empty map.
@@ -365,8 +391,9 @@ impl Effective {
 }
 
 /// Reads learned supports.
-fn load(path: &Path) -> anyhow::Result<SupportsFile> {
-    Ok(SupportsFile { path: path.to_owned(), supports: supports::load(path)? })
+fn load(path: &Path) -> Result<SupportsFile, Unusable> {
+    let supports = supports::load(path).map_err(Unusable::Supports)?;
+    Ok(SupportsFile { path: path.to_owned(), supports })
 }
 
 /// Reads a configuration file.
@@ -471,7 +498,20 @@ mod tests {
                 "settings.beam = { point-samples = { length = 1.0 } }\n",
                 ", line 1: unknown field `length`, expected one of ",
             ),
-            ("[settings]\npasses = \"many\"\n", ", line 2: `settings.passes` is \"many\", expected a number"),
+            (
+                "gap = 1\n",
+                ", line 1: unknown field `gap`, expected one of `capacities`, `heading_deviation_rad`, `max_range_m`",
+            ),
+            ("[settings]\nbiass = true\n", ", line 2: unknown field `biass`, expected one of `beam`, `bias`, "),
+            ("[settings]\npasses = \"many\"\n", ", line 2: `settings.passes` is \"many\", expected a whole number"),
+            ("[settings]\npasses = 1.5\n", ", line 2: `settings.passes` is 1.5, expected a whole number"),
+            ("[settings]\nspacing_m = true\n", ", line 2: `settings.spacing_m` is true, expected a number"),
+            ("settings = 1\n", ", line 1: `settings` is 1, expected a table"),
+            ("[settings]\norigin_m = [1.0]\n", ": `settings.origin_m`: "),
+            (
+                "[settings.rule.jaakkola-jordan]\nstart = { constnt = 1.0 }\n",
+                ": `settings.rule.start`: unknown variant `constnt`, expected `constant` or ",
+            ),
             ("[settings]\nspacing_m = \n", ", line 2: "),
             ("[settings]\nspacing_m = -1.0\n", ": spacing is -1, expected 1 mm to 1 km"),
             ("settings.kernel.squared-exponential.shape = 0\n", ": kernel shape is 0, expected a positive number"),
@@ -487,9 +527,23 @@ mod tests {
 
     #[test]
     fn a_choice_keeps_what_it_has_in_common_with_the_one_before() {
-        use bhm_core::beam::{AnyBeamRule, LineSegments};
+        use bhm_core::{
+            beam::{AnyBeamRule, LineSegments},
+            rule::{AnyRule, JaakkolaJordan, XiStart},
+        };
         let outdoor = effective(&["--profile=outdoor", "--beam-rule=line-segments"]).unwrap().profile.settings;
         assert_eq!(outdoor.beam, AnyBeamRule::LineSegments(LineSegments { gap_m: 0.3, ..LineSegments::DEFAULT }));
+        // A start of the rule takes the place of another.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.toml");
+        for (start, name, expected) in
+            [("constant", "compact", XiStart::Constant(2.0)), ("predicted-up-to", "paper", XiStart::PredictedUpTo(2.0))]
+        {
+            let text = format!("profile = \"{name}\"\nsettings.rule.jaakkola-jordan.start.{start} = 2\n");
+            fs::write(&path, text).unwrap();
+            let rule = effective(&["--config", path.to_str().unwrap()]).unwrap().profile.settings.rule;
+            assert_eq!(rule, AnyRule::JaakkolaJordan(JaakkolaJordan { start: expected }));
+        }
         // The paper's start of the rule is kept when the rule is named again.
         let paper = effective(&["--profile=paper", "--rule=jaakkola-jordan"]).unwrap().profile.settings;
         assert_eq!(paper, profile::PAPER.settings);
@@ -515,12 +569,13 @@ mod tests {
         {
             let option = MapOption::named(flag).unwrap();
             let changed = start.with(&[(option, value)]).unwrap();
-            assert_eq!(changed.number(option), Some(value));
-            assert_ne!(start.number(option), Some(value));
+            assert_eq!(changed.number(option), Ok(value));
+            assert_ne!(start.number(option), Ok(value));
             assert_eq!(changed.with(&[(option, start.number(option).unwrap())]), Ok(start.clone()), "{flag}");
         }
         let gap = MapOption::named("gap").unwrap();
         assert_eq!(start.with(&[(gap, -1.0)]).unwrap_err().split(" is ").next(), Some("gap before a hit"));
-        assert_eq!(Effective::of(profile::INDOOR).number(MapOption::named("kernel-shape").unwrap()), None);
+        let shape = Effective::of(profile::INDOOR).number(MapOption::named("kernel-shape").unwrap());
+        assert_eq!(shape, Err("cubic-b-spline has no kernel-shape".to_owned()));
     }
 }

@@ -95,16 +95,22 @@ fn damaged_map_files_are_refused_by_every_command() {
     let whole = bench.read("room.bhm");
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 4;
-    let mut newer = whole.clone();
-    newer[8] = 9;
+    // The version is looked at first: what another one seals, and how, is its own affair.
+    let [older, newer] = [2, 9].map(|version| {
+        let mut bytes = whole.clone();
+        bytes[8] = version;
+        bytes
+    });
     bench.write("cut.bhm", &whole[..whole.len() / 2]);
     bench.write("flipped.bhm", flipped);
+    bench.write("older.bhm", older);
     bench.write("newer.bhm", newer);
     bench.write("empty.bhm", "");
     for (file, says) in [
         ("cut.bhm", format!("cut.bhm: cut short at byte {} of {}", whole.len() / 2, whole.len())),
         ("flipped.bhm", "flipped.bhm: damaged: checksum".to_owned()),
-        ("newer.bhm", "newer.bhm: format version 9, only 2 is understood".to_owned()),
+        ("older.bhm", "older.bhm: format version 2, only 3 is understood".to_owned()),
+        ("newer.bhm", "newer.bhm: format version 9, only 3 is understood".to_owned()),
         ("empty.bhm", "empty.bhm: expected a map file, found an empty file".to_owned()),
         ("room.log", "room.log: expected a map file, found text beginning with `FLASER 180".to_owned()),
         ("absent.bhm", "cannot read absent.bhm: No such file".to_owned()),

@@ -67,12 +67,13 @@ fn what_an_experiment_cannot_do_is_code_2_and_what_it_cannot_read_or_write_code_
         ("shapes room.log", "--output <DIR>"),
         ("shapes -o p", "<LOG>"),
         ("shapes room.log -o p --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),
-        ("shapes room.log -o p --kernel-shape 9", "a feature is still"),
+        ("shapes room.log -o p --kernel-shape 9", "--kernel-shape: cubic-b-spline has no kernel-shape"),
+        ("shapes room.log -o p --kernel squared-exponential --kernel-shape 9", "a feature is still"),
     ] {
         bench.bhm(&format!("experiment {arguments}")).fails(2, &[says]);
     }
     assert!(!bench.path("p").exists());
     bench.bhm("experiment granularity -o room.log --quick").fails(1, &["cannot make the folder room.log"]);
     bench.bhm("experiment shapes none.log -o p").fails(1, &["cannot read none.log"]);
-    assert!(bench.bhm("experiment shapes --print-config").stdout.contains("spacing = 1.0"));
+    assert!(bench.bhm("experiment shapes --print-config").stdout.contains("spacing_m = 1.0"));
 }

@@ -124,9 +124,13 @@ fn supports_that_do_not_fit_are_refused_with_what_helps() {
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 4;
     bench.write("flipped.sup", flipped);
+    let mut older = whole.clone();
+    older[8] = 1;
+    bench.write("older.sup", older);
     bench.write("cut.sup", &whole[..whole.len() / 2]);
     for (file, says) in [
         ("flipped.sup", "flipped.sup: damaged: checksum".to_owned()),
+        ("older.sup", "older.sup: format version 1, only 2 is understood".to_owned()),
         ("cut.sup", format!("cut.sup: cut short at byte {} of {}", whole.len() / 2, whole.len())),
         ("room.log", "room.log: expected a file of learned supports, found text beginning with `FLASER".to_owned()),
         ("absent.sup", "cannot read absent.sup: No such file".to_owned()),
@@ -154,7 +158,7 @@ fn uncertain_poses_mean_the_same_offline_and_through_shared_memory() {
     let demo = |options: &str| bench.json(&format!("demo --scans 10 --profile compact {options} -o demo"));
     assert_ne!(demo(deviations)["posterior"]["saved"], demo("")["posterior"]["saved"]);
     let printed = bench.bhm_with("build --print-config", &[("BHM_POSE_DEVIATION", "0.25")]);
-    assert!(printed.stdout.lines().any(|line| line == "pose-deviation = 0.25"), "{}", printed.stdout);
+    assert!(printed.stdout.lines().any(|line| line == "pose_deviation_m = 0.25"), "{}", printed.stdout);
     bench.write("one.log", scan(0.0, "1"));
     for (command, says) in [
         ("build one.log -o m.bhm --pose-deviation=-1", "pose deviation is -1, expected 0 to 1000 m"),

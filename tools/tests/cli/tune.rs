@@ -34,8 +34,14 @@ fn what_is_found_is_read_by_other_commands_and_scores_the_same_there() {
         }
     }
     let printed = bench.bhm("evaluate --print-config --config tuned.toml").stdout;
-    for (name, value) in best["values"].as_object().unwrap() {
-        assert!(printed.lines().any(|line| line == format!("{name} = {value}")), "{name} = {value}: {printed}");
+    let values = best["values"].as_object().unwrap();
+    assert_eq!(values.len(), 2, "{tuned}");
+    let settings = &printed.parse::<toml::Table>().unwrap()["settings"];
+    for (name, found) in [
+        ("gap", &settings["beam"]["point-samples"]["gap_m"]),
+        ("prior-precision", &settings["prior"]["white"]["precision"]),
+    ] {
+        assert_eq!(found.as_float(), values[name].as_f64(), "{name}: {printed}");
     }
     let file = String::from_utf8(bench.read("tuned.toml")).unwrap();
     assert!(file.starts_with("# ") && file.ends_with(&printed), "{file}");

@@ -30,10 +30,7 @@ fn what_is_not_understood_is_code_2() {
         ("tune room.log -o t.toml --try-spacing 0.2;0.3", "expected `auto`, or numbers with commas between them"),
         ("tune room.log -o t.toml --try-spacing 0.2,", "invalid value '0.2,' for '--try-spacing <LIST>'"),
         ("tune room.log -o t.toml --try-colour red", "unexpected argument '--try-colour'"),
-        (
-            "tune room.log -o t.toml --try-kernel-shape auto",
-            "--try-kernel-shape: the kernel cubic-b-spline has no shape",
-        ),
+        ("tune room.log -o t.toml --try-kernel-shape auto", "--try-kernel-shape: cubic-b-spline has no kernel-shape"),
         ("tune room.log -o t.toml --gap 0 --try-gap auto", "--try-gap: it is 0: nothing to go around"),
         (
             "tune room.log -o t.toml --by objective --try-gap 0.1",
@@ -42,7 +39,11 @@ fn what_is_not_understood_is_code_2() {
         ("tune room.log -o t.toml --search grid --rounds 3", "a grid search has no --rounds"),
         ("tune room.log -o t.toml --fraction 0.5", "expected a number above 0 and below 0.5"),
         ("tune room.log -o t.toml --max-cost 0", "expected a positive number"),
-        ("tune room.log -o t.toml --kernel-shape=-1", "kernel shape is -1, expected a positive number"),
+        ("tune room.log -o t.toml --kernel-shape 1", "--kernel-shape: cubic-b-spline has no kernel-shape"),
+        (
+            "tune room.log -o t.toml --kernel squared-exponential --kernel-shape=-1",
+            "kernel shape is -1, expected a positive number",
+        ),
         ("query m.bhm 1", "<Y>"),
         ("query m.bhm 1 north", "invalid value 'north' for '<Y>'"),
         ("query m.bhm nan 0", "the point (NaN, 0) is not finite"),
@@ -74,18 +75,21 @@ fn what_is_not_understood_is_code_2() {
 fn a_configuration_file_with_an_unknown_key_is_refused_with_its_line() {
     let bench = Bench::new();
     bench.write("map.toml", "profile = \"compact\"\n# finer\nspacin = 0.2\n");
-    bench.bhm("build room.log -o m.bhm --config map.toml").fails(2, &["map.toml, line 3: unknown field `spacin`"]);
+    bench
+        .bhm("build room.log -o m.bhm --config map.toml")
+        .fails(2, &["map.toml, line 3: unknown field `spacin`, expected one of `capacities`, ", "`settings`"]);
     bench.bhm("build room.log -o m.bhm --config none.toml").fails(1, &["cannot read none.toml: No such file"]);
 }
 
 #[test]
 fn flag_before_environment_before_file_before_profile() {
     let bench = Bench::new();
-    bench.write("map.toml", "profile = \"compact\"\npasses = 7\nspacing = 0.4\ngap = 0.2\n");
+    let file = "profile = \"compact\"\n[settings]\npasses = 7\nspacing_m = 0.4\nbeam.point-samples.gap_m = 0.2\n";
+    bench.write("map.toml", file);
     let environment = [("BHM_CONFIG", "map.toml"), ("BHM_PASSES", "5"), ("BHM_SPACING", "0.3")];
     let run = bench.bhm_with("build --print-config --passes 2", &environment);
     run.succeeds(&[]);
-    for line in ["profile = \"compact\"", "passes = 2", "spacing = 0.3", "gap = 0.2", "free-spacing = 1.0"] {
+    for line in ["profile = \"compact\"", "passes = 2", "spacing_m = 0.3", "gap_m = 0.2", "free_spacing_m = 1.0"] {
         assert!(run.stdout.lines().any(|printed| printed == line), "{line} is not in:\n{}", run.stdout);
     }
     bench.bhm_with("build --print-config", &[("BHM_PASSES", "several")]).fails(2, &["invalid value 'several'"]);

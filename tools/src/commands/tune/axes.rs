@@ -81,7 +81,7 @@ impl SearchAxes {
             asked.extend(list.as_ref().map(|list| (number, list, factor)));
         }
         if asked.is_empty() {
-            if MapOption::named("kernel-shape").is_some_and(|shape| start.number(shape).is_some()) {
+            if MapOption::named("kernel-shape").is_some_and(|shape| start.number(shape).is_ok()) {
                 asked.push(("kernel-shape", &List::Auto, SQRT_2));
             }
             asked.push(("prior-precision", &List::Auto, 10.0));
@@ -89,9 +89,7 @@ impl SearchAxes {
         let (mut options, mut axes) = (Vec::new(), Vec::new());
         for (name, list, factor) in &asked {
             let option = MapOption::named(name).ok_or_else(|| Usage(format!("--try-{name}: no such option")))?;
-            let Some(value) = start.number(option) else {
-                return Err(Usage(format!("--try-{name}: what is chosen has no {name}")).into());
-            };
+            let value = start.number(option).map_err(|problem| Usage(format!("--try-{name}: {problem}")))?;
             let problem = if option.changes_observations() && by == By::Objective {
                 Some("another value makes other observations, whose objectives cannot be compared".to_owned())
             } else if **list == List::Auto && value <= 0.0 {
