@@ -95,7 +95,7 @@ impl Evaluate {
         match &task.training {
             Training::Scans(scans) => learned.learn_all(&mut *map, scans, "learning"),
             Training::Points(scans) => {
-                learn_points(&mut *map, scans, options.profile.capacities.observations, &mut learned)
+                learn_points(&mut *map, scans, options.profile.capacities.observations, &mut learned);
             }
         }
         learned.leave_out(task.beams_removed);

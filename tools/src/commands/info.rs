@@ -66,7 +66,7 @@ impl Info {
         let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
         let model = map.model();
         let (scans, newest_stamp_ns) = map.progress();
-        let observed = Knowledge::of(&model)
+        let observed = Knowledge::of(model)
             .observed(&map.tile_indices(), |point_m| map.occupancy(point_m))
             .map(|Bounds { min, max }| Observed { min, max });
         let name = profile::named(&profile).map_or("", |profile| profile.name);
@@ -110,7 +110,7 @@ impl SupportsFacts {
     fn of(supports: &LearnedSupports) -> Self {
         Self {
             count: supports.supports().len(),
-            kinds: supports.kinds().map(|(kind, count)| (kind, count)).collect(),
+            kinds: supports.kinds().collect(),
             digest: format!("{:08x}", supports.digest()),
             kernel: supports.learned_with().map(|with| with.kernel.name()),
             source: supports.learned_with().map_or(String::new(), |with| with.source.clone()),

@@ -48,7 +48,7 @@ impl Query {
         let answer = Answer {
             x_m: *x,
             y_m: *y,
-            known: Knowledge::of(&model).is_known(&point_m, &occupancy),
+            known: Knowledge::of(model).is_known(&point_m, &occupancy),
             probability: occupancy.probability,
             log_odds_mean: occupancy.mean,
             log_odds_variance: occupancy.variance.is_finite().then_some(occupancy.variance),

@@ -87,7 +87,7 @@ impl Render {
 
     fn observed(&self, map: &dyn AnyMap) -> anyhow::Result<Bounds> {
         let model = map.model();
-        let worth = worth_drawing(&model, &map.tile_indices(), |point_m| map.occupancy(point_m));
+        let worth = worth_drawing(model, &map.tile_indices(), |point_m| map.occupancy(point_m));
         worth.with_context(|| {
             format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
         })

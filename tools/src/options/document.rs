@@ -178,7 +178,10 @@ impl Document {
                 let current = table.get(*key).and_then(Value::as_table).cloned().unwrap_or_default();
                 Value::Table(choose(option.path, name, &current)?)
             }
-            (Kind::Switch, Value::Boolean(on)) => return Ok(switch(table, key, *on)),
+            (Kind::Switch, Value::Boolean(on)) => {
+                switch(table, key, *on);
+                return Ok(());
+            }
             _ => value,
         };
         table.insert((*key).to_owned(), value);
