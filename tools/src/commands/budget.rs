@@ -198,7 +198,7 @@ impl Sheet {
             ("a tile and pass", format!("{} instructions at most", grouped(cost.per_tile_and_pass))),
             ("a row and pass", format!("{} instructions at most", grouped(cost.per_row_and_pass))),
             ("a row", format!("{} instructions at most, once", grouped(cost.per_row))),
-            ("a scan", format!("{} instructions at most, whatever it holds", grouped(cost.most_per_scan))),
+            ("a scan", format!("{} instructions at most, if its pose is certain", grouped(cost.most_per_scan))),
         ]);
         let at = format!("at {} MHz and {} cycles an instruction", asked.clock_mhz, asked.cycles);
         if let Some(Firmware { updates, .. }) = &self.firmware {
