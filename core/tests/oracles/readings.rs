@@ -10,7 +10,7 @@ use bhm_core::{
 };
 
 use crate::{
-    common::{Stream, points_of, read},
+    common::{Stream, points_of, posterior_bits, read},
     map::TestMap,
 };
 
@@ -157,6 +157,22 @@ fn observations_lie_where_the_readings_say() {
             assert!(off < 2e-5, "{limits:?}: {middle} for {exact:?}");
         }
     }
+}
+
+/// What a map makes of a scan is what it makes of the observations that were checked above, given as such.
+#[test]
+fn a_map_learns_the_observations_that_the_readings_give() {
+    let ranges = ranges();
+    let scan = scan(&ranges);
+    let limits = BeamLimits { range_max_m: 8.0, no_return_free_m: 2.0 };
+    let profile = Profile { settings: Settings { limits, ..COMPACT.settings }, ..COMPACT };
+    let (mut whole, mut observed) = (TestMap::<144, 40>::new(&profile), TestMap::<144, 40>::new(&profile));
+    whole.integrate(&scan).unwrap();
+    observed.integrate_observations(&points_of(&scan, &profile.settings));
+    let tiles = |map: &TestMap<144, 40>| -> Vec<_> {
+        map.all_tiles().iter().map(|tile| (tile.index, posterior_bits(&tile.posterior))).collect()
+    };
+    assert!(tiles(&whole).len() > 4 && tiles(&whole) == tiles(&observed));
 }
 
 /// A wall beyond the range that is believed leaves free space up to that range, and nothing at the wall.
