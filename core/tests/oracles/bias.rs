@@ -169,6 +169,7 @@ fn gradients_with_a_bias_are_the_functions() {
             // Observed places, places of which some tiles were never touched, and places that no tile knows.
             let at = [0, 1].map(|_| stream.between(-14.0, 14.0) as f32);
             let got = map.mapper().gradient(&Point::from(at));
+            assert_eq!(got.occupancy, map.mapper().occupancy(&Point::from(at)), "at {at:?}");
             let exact = oracle.predict(&at.map(f64::from));
             // Thirty-six products, each of a feature that is right to f32 at a place that is right to 1e-6 m, on which it
             // depends with a slope of 3/h: 1e-6 of the largest terms.
