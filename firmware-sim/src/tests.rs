@@ -203,21 +203,23 @@ fn every_outcome_is_counted() {
 #[test]
 fn every_reason_has_its_counter() {
     let rejections = [
-        ScanRejected::TooManyBeams { beams: 1 },
-        ScanRejected::PoseNotFinite,
-        ScanRejected::PoseCovariance,
-        ScanRejected::PoseTooFar { x_m: 0.0, y_m: 0.0 },
-        ScanRejected::Angles { min_rad: 0.0, increment_rad: 0.0 },
-        ScanRejected::RangeLimits { min_m: 0.0, max_m: 0.0 },
-        ScanRejected::StampWentBack { stamp_ns: 0, newest_ns: 1 },
-        ScanRejected::TooManyObservations { observations: 2, capacity: 1 },
+        (ScanRejected::TooManyBeams { beams: 1 }, "rejected_too_many_beams"),
+        (ScanRejected::PoseNotFinite, "rejected_pose_not_finite"),
+        (ScanRejected::PoseCovariance, "rejected_pose_covariance"),
+        (ScanRejected::PoseTooFar { x_m: 0.0, y_m: 0.0 }, "rejected_pose_too_far"),
+        (ScanRejected::Angles { min_rad: 0.0, increment_rad: 0.0 }, "rejected_angles"),
+        (ScanRejected::RangeLimits { min_m: 0.0, max_m: 0.0 }, "rejected_range_limits"),
+        (ScanRejected::StampWentBack { stamp_ns: 0, newest_ns: 1 }, "rejected_stamp_went_back"),
+        (ScanRejected::TooManyObservations { observations: 2, capacity: 1 }, "rejected_otherwise"),
     ];
     let mut counters = Counters::default();
-    for rejection in &rejections {
+    for (rejection, name) in &rejections {
         let before = counters;
         counters.count(&Err(*rejection));
         assert_eq!(counters.rejected(), before.rejected() + 1);
-        assert_eq!(counters.iter().zip(before.iter()).filter(|(now, then)| now != then).count(), 1);
+        let changed: Vec<_> = counters.iter().zip(before.iter()).filter(|(now, then)| now != then).collect();
+        let [((changed, now), (_, then))] = changed[..] else { panic!("{changed:?}") };
+        assert_eq!((changed, now), (*name, then + 1));
     }
     counters.count(&Ok(IntegrateReport { tiles_lost: 3, ..IntegrateReport::default() }));
     assert_eq!((counters.integrated, counters.tiles_lost), (1, 3));
@@ -246,19 +248,37 @@ fn a_backlog_is_published_now_and_then_and_a_pause_at_once() {
 
 #[test]
 fn the_loop_waits_only_when_everything_is_published() {
-    let mut onboard = looped(sent(1, 1..=3).chain([Event::Nothing, Event::Nothing]), Options::default());
+    let options = Options { publish_every: 4, ..Options::default() };
+    let events = sent(1, 1..=3).chain([Event::Nothing, Event::Nothing]).chain(sent(1, 4..=9));
+    let mut onboard = looped(events, options);
     onboard.run();
-    let mut unpublished = false;
+    let (mut dealt_with, mut shown, mut waits) = (None, None, 0);
     for seen in &onboard.link().seen {
         match seen {
-            Seen::Waited => assert!(!unpublished),
-            Seen::Published(_) => unpublished = false,
-            Seen::Reported { handled, .. } => {
-                let newest = published(&onboard).iter().any(|news| news.handled == *handled);
-                unpublished = !newest;
+            Seen::Waited => {
+                assert_eq!(dealt_with, shown);
+                waits += 1;
             }
+            Seen::Published(news) => shown = news.handled,
+            Seen::Reported { handled, .. } => dealt_with = *handled,
         }
     }
+    assert!(waits > 2 && shown == Some((1, 9)), "{waits} {shown:?}");
+}
+
+#[test]
+fn a_refused_scan_is_dealt_with_like_any_other() {
+    let mut onboard = looped(sent(1, [12, 13]), Options::default());
+    onboard.run();
+    assert_eq!((onboard.counters().integrated, onboard.counters().rejected_pose_not_finite), (1, 1));
+    assert_eq!(onboard.link().seen.iter().rfind(|seen| !matches!(seen, Seen::Waited)), {
+        Some(&Seen::Reported { handled: Some((1, 13)), ended: false })
+    });
+    assert_eq!(published(&onboard).last().expect("published").handled, Some((1, 13)));
+    // Nobody asks for it again, and whoever sends it again is told so.
+    let mut again = looped(sent(1, [12, 13, 13, 14]), Options::default());
+    again.run();
+    assert_eq!((again.counters().duplicates, again.counters().lost), (1, 0));
 }
 
 #[test]

@@ -108,3 +108,32 @@ impl<'m> SentTiles<'m> {
         self.entries_mut().get_mut(at)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn version(x: i32) -> TileVersion {
+        TileVersion { index: [x, -x], updates: 1, touched_at: 1 }
+    }
+
+    /// Every tile has its turn, whatever the budget of a publication.
+    #[test]
+    fn of_those_due_the_tile_that_was_sent_longest_ago_is_next() {
+        let mut entries: Vec<_> = [(1, 5, true), (2, 3, true), (3, 1, false), (4, 9, true), (5, 0, true)]
+            .map(|(x, sent_in, due)| SentTile { sent: version(x), sent_in, due })
+            .to_vec();
+        let mut tiles = SentTiles { resident: entries.len(), entries: &mut entries };
+        let mut order = Vec::new();
+        for publication in 10.. {
+            let Some(index) = tiles.next_due() else { break };
+            order.push(index[0]);
+            tiles.sent(version(index[0]), publication);
+        }
+        // The fifth was never sent, the third is not due.
+        assert_eq!(order, [5, 2, 1, 4]);
+        tiles.all_due();
+        assert_eq!((tiles.due(), tiles.next_due()), (5, Some([3, -3])));
+    }
+}

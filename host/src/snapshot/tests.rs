@@ -110,6 +110,27 @@ fn a_loaded_map_goes_on_as_if_never_saved() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
 }
 
+/// What the store of a saved map held, it holds again: nothing has to come back from the archive for it.
+#[test]
+fn a_loaded_map_holds_the_tiles_that_were_touched_last() {
+    let capacities = profile::Capacities { tiles: 3, ..profile::COMPACT.capacities };
+    let profile = Profile { capacities, ..profile::COMPACT };
+    // In the middle of a tile each, where no other holds the stencil; the first is met again in the end.
+    let middles = [0, 3, 1, 4, 2, 0].map(|tile| Point::<2>::new(4.0 * tile as f32 + 2.75, 2.75));
+    let mut map = map::open(&profile).unwrap();
+    for middle in middles {
+        assert_eq!(map.integrate_points(&[middle], &[true]).unwrap().tiles_touched, 1);
+    }
+    let bytes = encoded(&*map, &extras());
+    for (middle, restored) in [(0.0, 0), (4.0, 0), (2.0, 0), (1.0, 1), (3.0, 1)]
+        .map(|(tile, restored)| (Point::<2>::new(4.0 * tile + 2.75, 2.75), restored))
+    {
+        let mut loaded = decode(&bytes).unwrap().map;
+        let report = loaded.integrate_points(&[middle], &[false]).unwrap();
+        assert_eq!((report.tiles_restored, report.tiles_created), (restored, 0), "at {middle}");
+    }
+}
+
 #[test]
 fn every_cut_is_noticed() {
     let (_, bytes) = small_with(30, Some(test_supports::some()));
