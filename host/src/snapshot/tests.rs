@@ -184,6 +184,19 @@ fn tiles_with_impossible_values_are_refused() {
 }
 
 #[test]
+fn a_tile_touched_after_the_last_scan_is_refused() {
+    let (map, bytes) = small(1);
+    assert_eq!((map.tile_indices().len(), map.progress().0), (1, 1), "one tile, learned from the only scan");
+    // The header ends with that tile's last number, the scan that touched it.
+    let at = bytes.len() - CHECKSUM_BYTES - record::record_bytes(144, 40) - 1;
+    assert_eq!(bytes[at], 1);
+    let mut changed = bytes;
+    changed[at] = 2;
+    let expected = SnapshotError::HeaderValue { name: "tiles", expected: "none touched after the last scan" };
+    assert_eq!(problem(&sealed(changed)), expected);
+}
+
+#[test]
 fn supports_of_another_lattice_are_refused() {
     let (map, bytes) = small_with(0, Some(test_supports::some()));
     let spacing = 0.5_f32.to_le_bytes();
