@@ -1,6 +1,7 @@
 use bhm_core::{
     geometry::PoseCovariance,
     kernel::{KernelSettings, SquaredExponentialSettings},
+    posterior::PosteriorView,
     scan::{MAX_BEAMS, Scan, ScanHeader, ScanRejected},
     settings::{ENCODED_BYTES, Model, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
     shape::{self, ShapeVisitor},
@@ -237,6 +238,25 @@ fn a_posterior_of_every_profile_gives_back_its_model() {
         let found = shape::visit(shape, Check(header)).expect("a compiled shape").expect("a good header");
         assert_eq!((found, header.settings()), (model, Ok(profile.settings)), "{}", profile.name);
     }
+}
+
+/// A number of its own in each place, so that none can stand for another.
+#[test]
+fn every_number_of_a_tile_survives_the_way() {
+    let (mean, border_covariance, covariance) = ([1.0, 2.0], [3.0, 4.0], [[5.0, 6.0], [7.0, 0.0]]);
+    let view = PosteriorView::<2, 2> {
+        mean: &mean,
+        covariance: &covariance,
+        border_covariance: &border_covariance,
+        bias_covariance: 8.0,
+        bias_mean: 9.0,
+    };
+    let mut message = zeroed::<PosteriorTile<2, 2>>();
+    message.write(&SourceTile { index: [10, -11], updates: 12, touched_at: 13, view });
+    assert_eq!((message.index, message.updates, message.touched_at), ([10, -11], 12, 13));
+    let PosteriorView { mean, covariance, border_covariance, bias_covariance, bias_mean } = message.view();
+    assert_eq!((mean, border_covariance), (&[1.0, 2.0], &[3.0, 4.0]));
+    assert_eq!((covariance, bias_covariance, bias_mean), (&[[5.0, 6.0], [7.0, 0.0]], 8.0, 9.0));
 }
 
 #[test]
