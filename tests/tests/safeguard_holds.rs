@@ -6,8 +6,8 @@ mod common;
 use std::cell::RefCell;
 
 use bhm_core::rule::{AnyRule, GaussianVariational};
-use bhm_oracle::{DensePosterior, Features, Kernel, Observation, Prediction};
-use common::{Learner, SAFEGUARD, SparseRow, Stream, observations};
+use bhm_oracle::{DensePosterior, Observation, Prediction};
+use common::{Learner, SAFEGUARD, SparseRow, Stream, observations, spline_row};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 
@@ -15,23 +15,6 @@ const M: usize = 64;
 const B: usize = 28;
 const PASSES: u32 = 20;
 const RULE: AnyRule = AnyRule::GaussianVariational(GaussianVariational { xi_cap: 4.0 });
-
-fn lattice() -> Features<2> {
-    Features {
-        origin_m: [0.0, 0.0],
-        spacing_m: 1.0,
-        width: [8, 8],
-        stencil: 4,
-        kernel: Kernel::CubicBSpline { spacing_m: 1.0 },
-        bias: false,
-    }
-}
-
-fn row(at: [f64; 2], occupied: bool) -> SparseRow {
-    let phi = lattice().at(&at);
-    let entries = phi.iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(i, v)| (i as u32, *v as f32));
-    SparseRow { entries: entries.collect(), occupied }
-}
 
 /// What `f32` can know of the bound: a factor of a matrix of condition κ is right to `ε·κ` in each of `M` pivots and each of
 /// `N` fitted values (first order, no cancellation between them assumed; the 4 is for the several roundings of each).
@@ -139,17 +122,17 @@ fn place() -> impl Strategy<Value = [f64; 2]> {
 
 /// Points that somebody drew to hurt: lone ones, contradictions at one place, thousands of repeats, dense clouds.
 fn scan() -> impl Strategy<Value = Vec<SparseRow>> {
-    let lone = (place(), any::<bool>()).prop_map(|(at, occupied)| vec![row(at, occupied)]);
+    let lone = (place(), any::<bool>()).prop_map(|(at, occupied)| vec![spline_row(at, occupied)]);
     let contradiction = (place(), 1..400_usize, 1..400_usize).prop_map(|(at, hits, misses)| {
-        let (hit, miss) = (row(at, true), row(at, false));
+        let (hit, miss) = (spline_row(at, true), spline_row(at, false));
         std::iter::repeat_n(hit, hits).chain(std::iter::repeat_n(miss, misses)).collect()
     });
     let repeats = (place(), any::<bool>(), 1_000..4_000_usize)
-        .prop_map(|(at, occupied, count)| std::iter::repeat_n(row(at, occupied), count).collect());
+        .prop_map(|(at, occupied, count)| std::iter::repeat_n(spline_row(at, occupied), count).collect());
     let cloud = (0.0..=1.0_f64, prop::collection::vec((place(), 0.0..1.0_f64), 1..300))
-        .prop_map(|(hits, points)| points.into_iter().map(|(at, u)| row(at, u < hits)).collect());
+        .prop_map(|(hits, points)| points.into_iter().map(|(at, u)| spline_row(at, u < hits)).collect());
     let checkers = prop::collection::vec(place(), 1..300).prop_map(|points| {
-        points.into_iter().map(|at| row(at, (at[0].floor() + at[1].floor()) as i64 % 2 == 0)).collect()
+        points.into_iter().map(|at| spline_row(at, (at[0].floor() + at[1].floor()) as i64 % 2 == 0)).collect()
     });
     prop_oneof![lone, contradiction, repeats, cloud, checkers]
 }
@@ -212,7 +195,7 @@ fn from_a_wide_open_prior() {
         let scans: Vec<Vec<SparseRow>> = (0..3)
             .map(|_| {
                 (0..1 + stream.below(150))
-                    .map(|_| row([stream.between(1.0, 5.99), stream.between(1.0, 5.99)], stream.unit() < 0.3))
+                    .map(|_| spline_row([stream.between(1.0, 5.99), stream.between(1.0, 5.99)], stream.unit() < 0.3))
                     .collect()
             })
             .collect();

@@ -13,6 +13,7 @@ use crate::{
     geometry::Point,
     posterior::PosteriorView,
     rule::logistic::{kappa, sigmoid},
+    settings::Model,
     tile::TileIndex,
 };
 
@@ -59,6 +60,14 @@ pub trait Map<const D: usize> {
     /// Shows every tile, in ascending order of index.
     fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, D>));
 
+    /// Indices of every tile, ascending.
+    #[cfg(feature = "alloc")]
+    fn tile_indices(&self) -> alloc::vec::Vec<TileIndex<D>> {
+        let mut indices = alloc::vec::Vec::new();
+        self.for_each_tile(&mut |tile| indices.push(tile.index));
+        indices
+    }
+
     /// What the map says about many points, metres, answer by answer; what has no counterpart in the other slice is left as it
     /// is.
     ///
@@ -80,6 +89,12 @@ pub trait Map<const D: usize> {
     fn cast_ray(&self, origin_m: &Point<D>, direction: &Point<D>, range_max_m: f32, threshold: f32) -> RayCast {
         ray_cast::cast(self, origin_m, direction, range_max_m, threshold)
     }
+}
+
+/// A map that also tells what made it: what it says where nothing was observed, and what its tiles cover.
+pub trait ModelledMap<const D: usize>: Map<D> {
+    /// The functions that follow from the map's settings.
+    fn model(&self) -> &Model<'_, D>;
 }
 
 /// Whatever answers through a map that it can show, such as a [`MapView`](crate::tile::MapView) of tiles that it holds: it is a

@@ -6,6 +6,7 @@
 mod banded;
 mod bordered;
 mod inverse;
+mod spline;
 mod stream;
 
 pub use banded::{BandedRow, lattice_pattern, push_all};
@@ -21,6 +22,7 @@ use bhm_oracle::Observation as DenseObservation;
 use bhm_oracle::{DensePosterior, Matrix, Safeguard};
 pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior};
 pub use inverse::Inverse;
+pub use spline::spline_row;
 pub use stream::Stream;
 
 /// How far a pass may lower the bound, as the core's `em` module states it: `1e-3 + 1e-5·|L|`.

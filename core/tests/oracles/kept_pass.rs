@@ -5,29 +5,12 @@ use bhm_core::{
     profile::COMPACT,
     rule::{AnyRule, GaussianVariational},
 };
-use bhm_oracle::{Features, Kernel, Rule};
+use bhm_oracle::Rule;
 
-use crate::common::{Inverse, Learner, SAFEGUARD, SparseRow, Stream, observations};
+use crate::common::{Inverse, Learner, SAFEGUARD, SparseRow, Stream, observations, spline_row};
 
 const M: usize = 64;
 const B: usize = 28;
-
-fn lattice() -> Features<2> {
-    Features {
-        origin_m: [0.0, 0.0],
-        spacing_m: 1.0,
-        width: [8, 8],
-        stencil: 4,
-        kernel: Kernel::CubicBSpline { spacing_m: 1.0 },
-        bias: false,
-    }
-}
-
-fn row(at: [f64; 2], occupied: bool) -> SparseRow {
-    let phi = lattice().at(&at);
-    let entries = phi.iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(i, v)| (i as u32, *v as f32));
-    SparseRow { entries: entries.collect(), occupied }
-}
 
 /// What the updates were.
 #[derive(Debug, Default)]
@@ -121,7 +104,7 @@ fn clouds(passes: u32) -> Seen {
             let mut learner = Learner::<M, B>::flat(precision).on_lattice::<2>(8, 4);
             for _ in 0..2 {
                 let rows: Vec<SparseRow> = (0..20 + stream.below(150))
-                    .map(|_| row([stream.between(1.0, 5.99), stream.between(1.0, 5.99)], stream.unit() < 0.3))
+                    .map(|_| spline_row([stream.between(1.0, 5.99), stream.between(1.0, 5.99)], stream.unit() < 0.3))
                     .collect();
                 compare(&mut learner, &rows, xi_cap, passes, &mut seen);
             }

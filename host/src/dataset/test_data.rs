@@ -1,25 +1,9 @@
-//! Where tests find recorded logs, and how they make damaged ones.
+//! How tests make damaged logs.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-
-/// A file of recorded data, from the directory in `BHM_DATA` or from `shared/data` beside the workspace.
-///
-/// `None` where it is absent, which is said on standard error; in CI (`CI` set) absence fails the test instead.
-pub(super) fn recorded(name: &str) -> Option<PathBuf> {
-    let directory = std::env::var_os("BHM_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = directory.join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
-    eprintln!("skipped: {} is absent; set BHM_DATA to the recorded logs", path.display());
-    None
-}
 
 pub(super) fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());

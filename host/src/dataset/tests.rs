@@ -6,8 +6,9 @@ use std::path::Path;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::test_data::{flaser, gzip, recorded, robot_laser};
+use super::test_data::{flaser, gzip, robot_laser};
 use super::*;
+use bhm_oracle::recorded;
 
 const NAME: &str = "made-up.log";
 

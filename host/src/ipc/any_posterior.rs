@@ -1,10 +1,8 @@
 use std::time::Duration;
 
 use bhm_core::{
-    map::Map,
-    settings::Model,
+    map::ModelledMap,
     shape::{self, SHAPES, ShapeVisitor},
-    tile::TileIndex,
 };
 
 use super::{
@@ -13,15 +11,9 @@ use super::{
 use crate::map::{PosteriorDigest, posterior_digest};
 
 /// A posterior of any compiled shape, for programs that learn its shape at run time.
-pub trait AnyPosterior: Map<2> {
+pub trait AnyPosterior: ModelledMap<2> {
     /// Which mapper published the posterior, and when.
     fn header(&self) -> &PosteriorHeader;
-
-    /// The functions that the posterior was made with.
-    fn model(&self) -> &Model<'static, 2>;
-
-    /// Indices of the posterior's tiles, ascending.
-    fn tile_indices(&self) -> Vec<TileIndex<2>>;
 
     /// What distinguishes the posterior from another, bit for bit: the digest of a map that holds these tiles and no others.
     fn digest(&self) -> PosteriorDigest;
@@ -30,14 +22,6 @@ pub trait AnyPosterior: Map<2> {
 impl<const M: usize, const B: usize> AnyPosterior for PosteriorSample<M, B> {
     fn header(&self) -> &PosteriorHeader {
         self.header()
-    }
-
-    fn model(&self) -> &Model<'static, 2> {
-        self.model()
-    }
-
-    fn tile_indices(&self) -> Vec<TileIndex<2>> {
-        self.tiles().iter().map(|tile| tile.index).collect()
     }
 
     fn digest(&self) -> PosteriorDigest {

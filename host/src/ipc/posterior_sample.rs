@@ -1,5 +1,5 @@
 use bhm_core::{
-    map::{Map, TileRef, Viewed},
+    map::{Map, ModelledMap, TileRef, Viewed},
     posterior::PosteriorView,
     settings::Model,
     tile::{MapView, TileIndex, TileSource},
@@ -43,12 +43,6 @@ impl<const M: usize, const B: usize> PosteriorSample<M, B> {
         self.sample.user_header()
     }
 
-    /// The functions that the posterior was made with.
-    #[must_use]
-    pub fn model(&self) -> &Model<'static, 2> {
-        &self.model
-    }
-
     /// The posterior's tiles, in ascending order of index.
     #[must_use]
     pub fn tiles(&self) -> &[PosteriorTile<M, B>] {
@@ -73,6 +67,12 @@ impl<const M: usize, const B: usize> TileSource<2, M, B> for PosteriorSample<M, 
         for tile in self.tiles() {
             visit(&TileRef::new(tile.index, tile.updates, tile.touched_at, &tile.view()));
         }
+    }
+}
+
+impl<const M: usize, const B: usize> ModelledMap<2> for PosteriorSample<M, B> {
+    fn model(&self) -> &Model<'_, 2> {
+        &self.model
     }
 }
 

@@ -2,11 +2,11 @@ use std::io;
 
 use bhm_core::{
     beam::Observation,
-    map::Map,
+    map::ModelledMap,
     mapper::IntegrateReport,
     profile::{Capacities, Profile},
     scan::{Scan, ScanRejected},
-    settings::{Model, Settings, SettingsError},
+    settings::{Settings, SettingsError},
     shape::{self, NotCompiled, ShapeVisitor},
     tile::TileIndex,
 };
@@ -18,15 +18,12 @@ use crate::{
 };
 
 /// A map of any compiled shape, for programs that learn its shape at run time; it answers for archived tiles too.
-pub trait AnyMap: Map<2> + Send {
+pub trait AnyMap: ModelledMap<2> + Send {
     /// What it was made with.
     fn settings(&self) -> &Settings;
 
     /// The supports of their own that some nodes have.
     fn supports(&self) -> Option<&LearnedSupports>;
-
-    /// The functions that queries use: those of the settings, with these supports.
-    fn model(&self) -> &Model<'static, 2>;
 
     /// How much memory it was given.
     fn capacities(&self) -> &Capacities;
@@ -45,9 +42,6 @@ pub trait AnyMap: Map<2> + Send {
 
     /// Tiles in the store and in the archive.
     fn tile_counts(&self) -> (usize, usize);
-
-    /// Indices of every tile, ascending.
-    fn tile_indices(&self) -> Vec<TileIndex<2>>;
 
     /// Bytes allocated at the start, and bytes of one tile.
     fn bytes(&self) -> (usize, usize);
@@ -77,10 +71,6 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
         self.supports()
     }
 
-    fn model(&self) -> &Model<'static, 2> {
-        self.mapper().model()
-    }
-
     fn capacities(&self) -> &Capacities {
         self.capacities()
     }
@@ -95,10 +85,6 @@ impl<const M: usize, const B: usize> AnyMap for OwnedMapper<M, B> {
 
     fn tile_counts(&self) -> (usize, usize) {
         (self.mapper().tiles().resident(), self.archive().len())
-    }
-
-    fn tile_indices(&self) -> Vec<TileIndex<2>> {
-        self.all_tiles().iter().map(|tile| tile.index).collect()
     }
 
     fn bytes(&self) -> (usize, usize) {

@@ -15,5 +15,6 @@ pub(crate) use capacity::check as check_capacities;
 pub use capacity::{CapacityError, MAX_TILE_BYTES};
 pub use digest::{PosteriorDigest, posterior_digest};
 pub use owned::{Everywhere, OwnedMapper, memory_for};
+#[cfg(feature = "ipc")]
 pub(crate) use vectorised::Vectorised;
 pub use zeroed::zeroed_box;

@@ -1,11 +1,11 @@
 use bhm_core::{
     beam::Observation,
-    map::{Map, TileRef, Viewed},
+    map::{Map, ModelledMap, TileRef, Viewed},
     mapper::{IntegrateReport, Link, Mapper, Memory, ObservationSlot, TouchedTile},
     posterior::{PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::{Scan, ScanRejected},
-    settings::SettingsError,
+    settings::{Model, SettingsError},
     tile::{Archive, DirectoryEntry, MapView, Tile, TileIndex, TileSource, TileStore},
 };
 
@@ -185,6 +185,12 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
         if self.mapper.restore_tile(tile).is_err() {
             self.archive.keep(tile);
         }
+    }
+}
+
+impl<const M: usize, const B: usize> ModelledMap<2> for OwnedMapper<M, B> {
+    fn model(&self) -> &Model<'_, 2> {
+        self.mapper.model()
     }
 }
 

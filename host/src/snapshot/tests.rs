@@ -119,14 +119,14 @@ fn a_loaded_map_holds_the_tiles_that_were_touched_last() {
     let middles = [0, 3, 1, 4, 2, 0].map(|tile| Point::<2>::new(4.0 * tile as f32 + 2.75, 2.75));
     let mut map = map::open(&profile).unwrap();
     for middle in middles {
-        assert_eq!(map.integrate_points(&[middle], &[true]).unwrap().tiles_touched, 1);
+        assert_eq!(map.integrate_observations(&[Observation::at_point(middle, true)]).unwrap().tiles_touched, 1);
     }
     let bytes = encoded(&*map, &extras());
     for (middle, restored) in [(0.0, 0), (4.0, 0), (2.0, 0), (1.0, 1), (3.0, 1)]
         .map(|(tile, restored)| (Point::<2>::new(4.0 * tile + 2.75, 2.75), restored))
     {
         let mut loaded = decode(&bytes).unwrap().map;
-        let report = loaded.integrate_points(&[middle], &[false]).unwrap();
+        let report = loaded.integrate_observations(&[Observation::at_point(middle, false)]).unwrap();
         assert_eq!((report.tiles_restored, report.tiles_created), (restored, 0), "at {middle}");
     }
 }

@@ -1,4 +1,4 @@
-//! The oracle: the same mathematics, dense, in `f64`, and as naive as can be.
+//! What tests compare with: recorded data, and the oracle, the same mathematics, dense, in `f64`, and as naive as can be.
 //!
 //! Written from the formulas, which each item states, and not from the core, and sharing no code with it: no band, no sparse
 //! rows, no rearranged sums, no re-parametrised bias. What the core computes is compared with what this computes.
@@ -29,6 +29,7 @@ mod map;
 mod matrix;
 mod posterior;
 mod quadrature;
+mod recorded;
 
 pub use blend::TileBlend;
 pub use convolution::{Average, Bump, Extent};
@@ -39,3 +40,4 @@ pub use map::DenseMap;
 pub use matrix::{Factor, Matrix, quadratic, times};
 pub use posterior::{DensePosterior, Observation, Prediction, Rule, Safeguard, Trace, XiStart};
 pub use quadrature::Square;
+pub use recorded::recorded;

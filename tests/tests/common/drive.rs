@@ -1,13 +1,12 @@
 //! Drives of a robot: one through the simulated building, always, and the recorded ones that there are.
 
-use std::path::PathBuf;
-
 use bhm_core::geometry::Pose;
 use bhm_host::{
     ScanRecord,
     dataset::{self, ReadOptions},
     sim::{Scene, Simulation, Trajectory},
 };
+use bhm_oracle::recorded;
 
 type Position = [f32; 2];
 
@@ -59,13 +58,6 @@ pub fn drives() -> Vec<Drive> {
 
 /// The scans of the Intel Research Lab log.
 pub fn intel_scans() -> Option<Vec<ScanRecord>> {
-    let directory = std::env::var_os("BHM_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = directory.join("intel-corrected.log.gz");
-    if !path.is_file() {
-        assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
-        eprintln!("on the simulator alone: {} is absent; set BHM_DATA to the recorded logs", path.display());
-        return None;
-    }
+    let path = recorded("intel-corrected.log.gz")?;
     Some(dataset::read_log(&path, &ReadOptions::default()).expect("a readable log").scans)
 }

@@ -4,8 +4,6 @@
 //! The points are those of the evidence: two free points a beam, a tenth of the beams held out whole. The independent figures,
 //! OctoMap's among them, were measured on the same points with other people's programs.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
 use bhm_bench::{
@@ -18,13 +16,14 @@ use bhm_host::{
     ScanRecord,
     dataset::{self, PointLog, ReadOptions},
 };
+use bhm_oracle::recorded;
 
 const TRAIN: &str = "intel-beams-train.csv.gz";
 const TEST: &str = "intel-beams-test.csv.gz";
 const LOG: &str = "intel-corrected.log.gz";
 
 fn scans() -> Option<Vec<ScanRecord>> {
-    Some(dataset::read_log(&common::recorded(LOG)?, &ReadOptions::default()).expect("a readable log").scans)
+    Some(dataset::read_log(&recorded(LOG)?, &ReadOptions::default()).expect("a readable log").scans)
 }
 
 fn position_m(scan: &ScanRecord) -> [f32; 2] {
@@ -34,7 +33,7 @@ fn position_m(scan: &ScanRecord) -> [f32; 2] {
 /// All points, and where the sensor stood.
 fn task() -> Option<Task> {
     let [train, test] =
-        [TRAIN, TEST].map(|name| Some(PointLog::read(&common::recorded(name)?).expect("readable points").scans));
+        [TRAIN, TEST].map(|name| Some(PointLog::read(&recorded(name)?).expect("readable points").scans));
     let scans = scans()?;
     let origin_m = |at: u64| scans.get(usize::try_from(at).ok()?).map(position_m);
     Some(Task::of_points(train?, test?, COMPACT.settings.limits, origin_m))

@@ -1,8 +1,6 @@
 //! The sparse Gaussian process is as good as an independent implementation made it on the same points.
 #![cfg(feature = "dense")]
 
-mod common;
-
 use bhm_bench::{
     baselines::{self, Setup, Size},
     evaluation::Task,
@@ -10,12 +8,13 @@ use bhm_bench::{
 };
 use bhm_core::profile::COMPACT;
 use bhm_host::dataset::{LabelledPoints, PointLog};
+use bhm_oracle::recorded;
 
 /// A GPyTorch model of as many inducing points, trained offline, reached an AUC of .978 and a NLL of .182.
 #[test]
 fn eight_hundred_inducing_points_map_the_intel_log() {
     let read = |part: &str| -> Option<Vec<LabelledPoints>> {
-        Some(PointLog::read(&common::recorded(&format!("intel-beams-{part}.csv.gz"))?).unwrap().scans)
+        Some(PointLog::read(&recorded(&format!("intel-beams-{part}.csv.gz"))?).unwrap().scans)
     };
     let (Some(train), Some(test)) = (read("train"), read("test")) else { return };
     let task = Task::of_points(train, test, COMPACT.settings.limits, |_| None);

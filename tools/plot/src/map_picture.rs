@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::Context;
-use bhm_core::{geometry::Point, map::Occupancy, settings::Model, tile::TileIndex};
+use bhm_core::map::{ModelledMap, Occupancy};
 use serde::Serialize;
 
 use crate::{
-    knowledge::{KNOWN_DEVIATION, Knowledge},
+    knowledge::{KNOWN_DEVIATION, observed},
     picture::{Bounds, Field, FieldPicture},
 };
 
@@ -39,8 +39,10 @@ impl Quantity {
     }
 }
 
-/// A picture of a posterior that is asked by `occupancy`.
-pub struct MapPicture<'a, F> {
+/// A picture of a posterior.
+pub struct MapPicture<'a> {
+    /// The posterior.
+    pub map: &'a dyn ModelledMap<2>,
     /// What is drawn.
     pub quantity: Quantity,
     /// The part of the plane.
@@ -51,8 +53,6 @@ pub struct MapPicture<'a, F> {
     pub title: &'a str,
     /// Where the robot was.
     pub path_m: &'a [[f32; 2]],
-    /// What the posterior says about a point.
-    pub occupancy: F,
 }
 
 /// What was drawn.
@@ -68,7 +68,7 @@ pub struct Drawn {
     pub max_m: [f32; 2],
 }
 
-impl<F: Fn(&Point<2>) -> Occupancy> MapPicture<'_, F> {
+impl MapPicture<'_> {
     /// Writes it as PNG.
     ///
     /// # Errors
@@ -82,7 +82,11 @@ impl<F: Fn(&Point<2>) -> Occupancy> MapPicture<'_, F> {
             overlays: &[],
             path_m: self.path_m,
         };
-        let canvas = picture.render(|x, y| self.quantity.value(&(self.occupancy)(&Point::<2>::new(x, y))))?;
+        let canvas = picture.render_all(|points_m| {
+            let mut answers = vec![Occupancy::UNKNOWN; points_m.len()];
+            self.map.occupancies(points_m, &mut answers);
+            answers.iter().map(|answer| self.quantity.value(answer)).collect()
+        })?;
         canvas.write_png(png).with_context(|| format!("cannot write {}", png.display()))?;
         let size = canvas.map_area().size;
         let Bounds { min, max } = self.bounds_m;
@@ -90,13 +94,9 @@ impl<F: Fn(&Point<2>) -> Occupancy> MapPicture<'_, F> {
     }
 }
 
-/// What was observed in these tiles with a margin around it, in whole metres; `None` if nothing was.
+/// What the map has observed with a margin around it, in whole metres; `None` if nothing was.
 #[must_use]
-pub fn worth_drawing(
-    model: &Model<'_, 2>,
-    tiles: &[TileIndex<2>],
-    occupancy: impl Fn(&Point<2>) -> Occupancy,
-) -> Option<Bounds> {
-    let Bounds { min, max } = Knowledge::of(model).observed(tiles, occupancy)?;
+pub fn worth_drawing(map: &dyn ModelledMap<2>) -> Option<Bounds> {
+    let Bounds { min, max } = observed(map)?;
     Some(Bounds { min: min.map(|m| (m - MARGIN_M).floor()), max: max.map(|m| (m + MARGIN_M).ceil()) })
 }

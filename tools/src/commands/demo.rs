@@ -1,11 +1,12 @@
 use bhm_bench::{evaluation::Truth, metrics::Scores};
+use bhm_core::map::ModelledMap;
 use bhm_host::sim::{PoseNoise, World};
 use clap::Args;
 
 use super::simulate::Simulated;
 use crate::{
     output::Output,
-    processes::{FinishedMap, MappingRun, MappingRunOptions, Part},
+    processes::{MappingRun, MappingRunOptions, Part},
 };
 
 /// Points of the world's rectangle that are drawn by lot; those that the map knows are scored.
@@ -40,7 +41,7 @@ impl Demo {
 }
 
 /// Scores the map against what really stands there at points that it knows; `None` if it knows none.
-fn score(map: &FinishedMap<'_>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
-    let truth = Truth::known_to(&map.model, map.occupancy, world, TEST_POINTS, seed);
-    Ok(truth.score(map.occupancy)?)
+fn score(map: &dyn ModelledMap<2>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
+    let truth = Truth::known_to(map, world, TEST_POINTS, seed);
+    Ok(truth.score(map)?)
 }

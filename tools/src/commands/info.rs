@@ -5,7 +5,7 @@ use bhm_host::{
     snapshot::{self, Extras, Snapshot},
     supports::LearnedSupports,
 };
-use bhm_plot::knowledge::Knowledge;
+use bhm_plot::knowledge::observed;
 use bhm_plot::picture::Bounds;
 use clap::Args;
 use serde::Serialize;
@@ -64,11 +64,8 @@ struct Observed {
 impl Info {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
-        let model = map.model();
         let (scans, newest_stamp_ns) = map.progress();
-        let observed = Knowledge::of(model)
-            .observed(&map.tile_indices(), |point_m| map.occupancy(point_m))
-            .map(|Bounds { min, max }| Observed { min, max });
+        let observed = observed(&*map).map(|Bounds { min, max }| Observed { min, max });
         let name = profile::named(&profile).map_or("", |profile| profile.name);
         let made_with =
             Effective::of(Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() });

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use bhm_core::geometry::Point;
 use bhm_host::snapshot;
-use bhm_plot::knowledge::Knowledge;
+use bhm_plot::knowledge::is_known;
 use clap::Args;
 use serde::Serialize;
 
@@ -41,14 +41,13 @@ impl Query {
             return Err(Usage(format!("the point ({x}, {y}) is not finite, expected two numbers of metres")).into());
         }
         let map = snapshot::load(path)?.map;
-        let model = map.model();
         let point_m = Point::<2>::new(*x, *y);
         let gradient = map.gradient(&point_m);
         let occupancy = gradient.occupancy;
         let answer = Answer {
             x_m: *x,
             y_m: *y,
-            known: Knowledge::of(model).is_known(&point_m, &occupancy),
+            known: is_known(&*map, &point_m, &occupancy),
             probability: occupancy.probability,
             log_odds_mean: occupancy.mean,
             log_odds_variance: occupancy.variance.is_finite().then_some(occupancy.variance),

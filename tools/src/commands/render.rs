@@ -64,6 +64,7 @@ impl Render {
         };
         let file_name = self.map.file_name().unwrap_or_default().to_string_lossy();
         let picture = MapPicture {
+            map: &*map,
             quantity: match self.what {
                 What::Probability => Quantity::Probability,
                 What::Deviation => Quantity::Deviation,
@@ -72,7 +73,6 @@ impl Render {
             pixels_per_metre: self.scale,
             title: self.title.as_deref().unwrap_or(&file_name),
             path_m: if self.no_path { &[] } else { &extras.path_m },
-            occupancy: |point_m: &_| map.occupancy(point_m),
         };
         let rendered = Rendered { png: self.output.clone(), drawn: picture.write(&self.output)? };
         output.result(&rendered, || {
@@ -86,9 +86,7 @@ impl Render {
     }
 
     fn observed(&self, map: &dyn AnyMap) -> anyhow::Result<Bounds> {
-        let model = map.model();
-        let worth = worth_drawing(model, &map.tile_indices(), |point_m| map.occupancy(point_m));
-        worth.with_context(|| {
+        worth_drawing(map).with_context(|| {
             format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
         })
     }

@@ -134,10 +134,7 @@ impl Watch {
         if pictures.iter().all(|(png, _)| png.is_none()) {
             return Ok(());
         }
-        let worth = record.newest.as_deref().and_then(|posterior| {
-            let ask = |point_m: &_| posterior.occupancy(point_m);
-            Some((posterior, worth_drawing(posterior.model(), &posterior.tile_indices(), ask)?))
-        });
+        let worth = record.newest.as_deref().and_then(|posterior| Some((posterior, worth_drawing(posterior)?)));
         let Some((posterior, bounds_m)) = worth else {
             warn!("nothing was learned yet; there is nothing to draw");
             return Ok(());
@@ -146,12 +143,12 @@ impl Watch {
         for (png, quantity) in pictures {
             let Some(png) = png else { continue };
             let picture = MapPicture {
+                map: posterior,
                 quantity,
                 bounds_m,
                 pixels_per_metre: None,
                 title: &title,
                 path_m: &record.path_m,
-                occupancy: |point_m: &_| posterior.occupancy(point_m),
             };
             picture.write(png)?;
             info!("{} drawn from shared memory", png.display());

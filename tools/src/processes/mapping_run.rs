@@ -5,7 +5,7 @@ use std::{
 
 use anyhow::{Context, ensure};
 use bhm_bench::metrics::Scores;
-use bhm_core::{geometry::Point, map::Occupancy, settings::Model, tile::TileIndex};
+use bhm_core::map::ModelledMap;
 use bhm_host::{
     snapshot::{self, Snapshot},
     stop_on_signals,
@@ -40,13 +40,6 @@ pub(crate) struct MappingRunOptions {
     map: MapOptions,
 }
 
-/// A finished map, saved or read in shared memory, for those who ask it.
-pub(crate) struct FinishedMap<'a> {
-    pub(crate) model: Model<'static, 2>,
-    pub(crate) tiles: Vec<TileIndex<2>>,
-    pub(crate) occupancy: &'a dyn Fn(&Point<2>) -> Occupancy,
-}
-
 /// Processes that map everything, and what they leave: pictures, a map, a report.
 pub(crate) struct MappingRun<'a> {
     /// What was mapped, for headings.
@@ -74,7 +67,7 @@ impl MappingRun<'_> {
     pub(crate) fn run(
         &self,
         exhibits: &MappingRunOptions,
-        score: impl FnOnce(&FinishedMap<'_>) -> anyhow::Result<Option<Scores>>,
+        score: impl FnOnce(&dyn ModelledMap<2>) -> anyhow::Result<Option<Scores>>,
         output: &Output,
     ) -> anyhow::Result<()> {
         // Mistakes in the options are found here, and not by a process that has just been started.
@@ -101,17 +94,13 @@ impl MappingRun<'_> {
         let (made, scores) = match &firmware {
             Some(firmware) => {
                 let posterior = outcome.posterior.take().context("no posterior was read")?;
-                let (tiles, occupancy) = (posterior.tile_indices(), &|at: &_| posterior.occupancy(at));
-                let finished = FinishedMap { model: posterior.model().clone(), tiles, occupancy };
-                self.draw(&finished, &[], folder)?;
-                (Made::by_firmware(firmware, &*posterior), score(&finished)?)
+                self.draw(&*posterior, &[], folder)?;
+                (Made::by_firmware(firmware, &*posterior), score(&*posterior)?)
             }
             None => {
                 let Snapshot { map, extras } = snapshot::load(&map_file)?;
-                let (tiles, occupancy) = (map.tile_indices(), &|at: &_| map.occupancy(at));
-                let finished = FinishedMap { model: map.model().clone(), tiles, occupancy };
-                self.draw(&finished, &extras.path_m, folder)?;
-                (Made::saved(&*map, &outcome), score(&finished)?)
+                self.draw(&*map, &extras.path_m, folder)?;
+                (Made::saved(&*map, &outcome), score(&*map)?)
             }
         };
         let report = RunReport::new(self.title, folder, outcome, made, scores, self.options.values());
@@ -121,13 +110,10 @@ impl MappingRun<'_> {
         report.check()
     }
 
-    fn draw(&self, map: &FinishedMap<'_>, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
-        let ask = map.occupancy;
-        let worth = worth_drawing(&map.model, &map.tiles, ask);
-        let bounds_m = worth.context("not one scan could be learned from; there is nothing to draw")?;
+    fn draw(&self, map: &dyn ModelledMap<2>, path_m: &[[f32; 2]], folder: &Path) -> anyhow::Result<()> {
+        let bounds_m = worth_drawing(map).context("not one scan could be learned from; there is nothing to draw")?;
         for (file, quantity) in [("probability.png", Quantity::Probability), ("deviation.png", Quantity::Deviation)] {
-            let picture =
-                MapPicture { quantity, bounds_m, pixels_per_metre: None, title: self.title, path_m, occupancy: ask };
+            let picture = MapPicture { map, quantity, bounds_m, pixels_per_metre: None, title: self.title, path_m };
             picture.write(&folder.join(file))?;
         }
         Ok(())

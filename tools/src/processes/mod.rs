@@ -17,6 +17,6 @@ mod sending;
 pub(crate) use self::{
     deadline::Deadline,
     domain_options::DomainOptions,
-    mapping_run::{FinishedMap, MappingRun, MappingRunOptions},
+    mapping_run::{MappingRun, MappingRunOptions},
     sending::{Part, Sending},
 };

@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-use crate::support::{Bench, recorded, room};
+use bhm_oracle::recorded;
+
+use crate::support::{Bench, room};
 
 #[test]
 fn a_map_does_not_depend_on_the_run_nor_on_the_store() {

@@ -1,13 +1,13 @@
-use bhm_core::scan::ScanHeader;
 use std::{
     fs,
     io::Write,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::{Command, Output},
 };
 
-use bhm_core::geometry::Pose;
+use bhm_core::{geometry::Pose, scan::ScanHeader};
 use bhm_host::{ScanRecord, sim::Scene};
+use bhm_oracle::recorded;
 use serde_json::Value;
 
 /// A folder of its own for a test, and the binary run in it.
@@ -147,17 +147,4 @@ pub(crate) fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
-}
-
-/// A file of recorded data, from the directory in `BHM_DATA` or from `shared/data` beside the workspace; absence fails the
-/// test in CI and skips it elsewhere.
-pub(crate) fn recorded(name: &str) -> Option<PathBuf> {
-    let beside = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"));
-    let path = std::env::var_os("BHM_DATA").map_or(beside.to_owned(), PathBuf::from).join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{} is absent; set BHM_DATA to the recorded logs", path.display());
-    eprintln!("skipped: {} is absent; set BHM_DATA to the recorded logs", path.display());
-    None
 }

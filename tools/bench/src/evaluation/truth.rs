@@ -1,6 +1,9 @@
-use bhm_core::{geometry::Point, map::Occupancy, settings::Model};
+use bhm_core::{
+    geometry::Point,
+    map::{Map, ModelledMap, Occupancy},
+};
 use bhm_host::sim::World;
-use bhm_plot::knowledge::Knowledge;
+use bhm_plot::knowledge::is_known;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,22 +17,15 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Of so many points of the world's rectangle, drawn by lot, those that a map with this model knows.
-    pub fn known_to(
-        model: &Model<'_, 2>,
-        occupancy: impl Fn(&Point<2>) -> Occupancy,
-        world: &World,
-        points: usize,
-        seed: u64,
-    ) -> Self {
-        let knowledge = Knowledge::of(model);
+    /// Of so many points of the world's rectangle, drawn by lot, those that a map knows.
+    pub fn known_to(map: &dyn ModelledMap<2>, world: &World, points: usize, seed: u64) -> Self {
         let bounds = world.bounds();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut truth = Self { points_m: Vec::new(), occupied: Vec::new() };
         for _ in 0..points {
             let at = [0, 1].map(|axis| rng.random_range(bounds.min[axis]..bounds.max[axis]) as f32);
             let point_m = Point::from(at);
-            if knowledge.is_known(&point_m, &occupancy(&point_m)) {
+            if is_known(map, &point_m, &map.occupancy(&point_m)) {
                 truth.points_m.push(point_m);
                 truth.occupied.push(world.is_occupied(at));
             }
@@ -41,8 +37,10 @@ impl Truth {
     ///
     /// # Errors
     /// If the map says of a point what is no number.
-    pub fn score(&self, occupancy: impl Fn(&Point<2>) -> Occupancy) -> Result<Option<Scores>, ScoreError> {
-        let logits: Vec<f32> = self.points_m.iter().map(|point_m| occupancy(point_m).logit()).collect();
+    pub fn score(&self, map: &dyn Map<2>) -> Result<Option<Scores>, ScoreError> {
+        let mut answers = vec![Occupancy::UNKNOWN; self.points_m.len()];
+        map.occupancies(&self.points_m, &mut answers);
+        let logits: Vec<f32> = answers.iter().map(Occupancy::logit).collect();
         if logits.is_empty() { Ok(None) } else { Scores::of(&logits, &self.occupied).map(Some) }
     }
 }

@@ -78,10 +78,8 @@ impl Poses<'_> {
         for kernel in KERNELS {
             let (trial, map) = Trial::run(&exact, &variant(kernel, "no noise"))?;
             // Known is what the first of these maps knows: the same points for all.
-            let truth = truth.get_or_insert_with(|| {
-                Truth::known_to(map.model(), |at| map.occupancy(at), &scene.world(), POINTS, self.seed)
-            });
-            let world = truth.score(|at| map.occupancy(at))?.ok_or(ScoreError::Empty)?;
+            let truth = truth.get_or_insert_with(|| Truth::known_to(&*map, &scene.world(), POINTS, self.seed));
+            let world = truth.score(&*map)?.ok_or(ScoreError::Empty)?;
             contestants.push(Contestant { position_m: 0.0, heading_rad: 0.0, covariance_used: false, trial, world });
         }
         let Some(truth) = truth else { return Ok(Compared(contestants)) };
@@ -103,7 +101,7 @@ impl Poses<'_> {
                     };
                     let used = if covariance_used { "covariance used" } else { "taken as exact" };
                     let (trial, map) = Trial::run(&split, &variant(kernel, used))?;
-                    let world = truth.score(|at| map.occupancy(at))?.ok_or(ScoreError::Empty)?;
+                    let world = truth.score(&*map)?.ok_or(ScoreError::Empty)?;
                     contestants.push(Contestant { position_m, heading_rad, covariance_used, trial, world });
                 }
             }

@@ -35,6 +35,7 @@ pub(crate) mod step;
 mod tests;
 pub(crate) mod text;
 
+use bhm_core::geometry::Point as Position;
 use embedded_graphics::prelude::*;
 
 use self::axes::{Axes, Title};
@@ -150,11 +151,20 @@ impl FieldPicture<'_> {
     /// # Errors
     /// If the bounds, the scale, the size, the field's range, a shape or the path cannot be drawn. `value_at` is then not called.
     pub fn render(&self, mut value_at: impl FnMut(f32, f32) -> f32) -> Result<Canvas, PictureError> {
+        self.render_all(|points_m| points_m.iter().map(|point_m| value_at(point_m.x, point_m.y)).collect())
+    }
+
+    /// [`render`](Self::render) with the values of all pixels' centres, metres, at once.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render).
+    pub fn render_all(&self, values_at: impl FnOnce(&[Position<2>]) -> Vec<f32>) -> Result<Canvas, PictureError> {
         let map_px = self.map_size()?;
         self.check_inputs()?;
         let axes = Axes::new(&self.bounds_m, map_px);
         let unplaced = Frame::new(self.bounds_m, Point::zero(), map_px);
-        let values: Vec<f32> = unplaced.centres_m().map(|[x, y]| value_at(x, y)).collect();
+        let centres_m: Vec<_> = unplaced.centres_m().map(Position::<2>::from).collect();
+        let values = values_at(&centres_m);
 
         let footer = self.footer(map_px, values.iter().any(|value| value.is_nan()));
 

@@ -104,8 +104,7 @@ impl Report for Drawn {
 }
 
 fn observed(map: &dyn AnyMap) -> anyhow::Result<Bounds> {
-    worth_drawing(map.model(), &map.tile_indices(), |point_m| map.occupancy(point_m))
-        .ok_or_else(|| anyhow::anyhow!("the map has learned nothing that could be drawn"))
+    worth_drawing(map).ok_or_else(|| anyhow::anyhow!("the map has learned nothing that could be drawn"))
 }
 
 /// The supports of the nodes within the bounds.
