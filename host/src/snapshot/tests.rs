@@ -192,7 +192,7 @@ fn a_tile_touched_after_the_last_scan_is_refused() {
     assert_eq!(bytes[at], 1);
     let mut changed = bytes;
     changed[at] = 2;
-    let expected = SnapshotError::HeaderValue { name: "tiles", expected: "none touched after the last scan" };
+    let expected = SnapshotError::HeaderValue { name: "tiles", expected: "no tile touched after the last scan" };
     assert_eq!(problem(&sealed(changed)), expected);
 }
 
