@@ -10,7 +10,7 @@ use nalgebra::SMatrix;
 use crate::{
     geometry::{Place, Point},
     kernel::{AnyKernel, Averaging, Kernel, quadrature::sampled},
-    lattice::{Lattice, MAX_STENCIL_NODES, Node, Stencil, offsets},
+    lattice::{Lattice, MAX_STENCIL_NODES, Node, Stencil, displaced, offsets},
     support::Supports,
 };
 
@@ -142,14 +142,9 @@ impl<'s, const D: usize> Basis<'s, D> {
             None => &self.kernel,
         };
         match place {
-            Place::Point(_) if self.supports.table.is_empty() => {
-                let Lattice { spacing_m, stencil: width, .. } = self.lattice;
-                self.supports.everywhere.over_lattice(kernel, &stencil.from_first_m, spacing_m, width, values);
-            }
             Place::Point(_) => {
-                for (slot, (node, displacement)) in values.iter_mut().zip(self.nodes(stencil)) {
-                    *slot = self.supports.at(&node).feature(kernel, &displacement);
-                }
+                let values = values.as_chunks_mut().0;
+                self.write_features_of_points(kernel, &stencil.first, &[stencil.from_first_m], values);
             }
             Place::Segment { from_m, to_m } => {
                 let along = to_m - from_m;
@@ -163,6 +158,26 @@ impl<'s, const D: usize> Basis<'s, D> {
             }
         }
         self.bias_coupling.map_or(0.0, |coupling| 1.0 - coupling * values.iter().sum::<f32>())
+    }
+
+    /// Writes the features of `L` points of the cell whose stencil begins at `first`, node by node, without the bias's.
+    #[inline(always)]
+    pub(crate) fn write_features_of_points<const L: usize>(
+        &self,
+        kernel: &AnyKernel<D>,
+        first: &Node<D>,
+        from_first_m: &[Point<D>; L],
+        values: &mut [[f32; L]],
+    ) {
+        let Lattice { spacing_m, stencil: width, .. } = self.lattice;
+        if self.supports.table.is_empty() {
+            self.supports.everywhere.over_lattice(kernel, from_first_m, spacing_m, width, values);
+            return;
+        }
+        for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
+            let support = self.supports.at(&core::array::from_fn(|axis| first[axis] + offset[axis] as i32));
+            *slots = from_first_m.map(|from_first| support.feature(kernel, &displaced(&from_first, offset, spacing_m)));
+        }
     }
 
     /// ∂φ/∂x at the point whose stencil is given.
@@ -235,11 +250,8 @@ impl<'s, const D: usize> Basis<'s, D> {
         let Stencil { first, from_first_m } = *stencil;
         let spacing_m = self.lattice.spacing_m;
         offsets([self.lattice.stencil; D]).map(move |offset| {
-            let mut node = first;
-            for axis in 0..D {
-                node[axis] += offset[axis] as i32;
-            }
-            (node, Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m))
+            let node = core::array::from_fn(|axis| first[axis] + offset[axis] as i32);
+            (node, displaced(&from_first_m, offset, spacing_m))
         })
     }
 }

@@ -123,6 +123,12 @@ fn floor(x: f32) -> i32 {
     truncated - i32::from(x < truncated as f32)
 }
 
+/// The displacement of a point from the node at that offset from the stencil's first, metres.
+#[inline(always)]
+pub(crate) fn displaced<const D: usize>(from_first_m: &Point<D>, offset: [usize; D], spacing_m: f32) -> Point<D> {
+    Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m)
+}
+
 /// Offsets of a stencil's (or window's) nodes from its first, in lexicographic order, the last axis fastest.
 #[inline]
 pub fn offsets<const D: usize>(width: [usize; D]) -> impl Iterator<Item = [usize; D]> {

@@ -2,7 +2,8 @@
 //!
 //! `cargo bench -p bhm-tools --bench instructions [-- LOG NAME=VALUE …]` runs itself under `valgrind --tool=callgrind`, which
 //! dumps the count after every call of [`measured`]. Without a log it maps the simulated building. It fails if the figures
-//! leave their bounds: the mean of a scan, and the linear model `a·tiles·passes + b·rows·passes + c` over all scans.
+//! leave their bounds: the mean of a scan, the linear model `a·tiles·passes + b·rows·passes + c` over all scans, and what points
+//! asked for in one call cost against the same points one by one.
 //!
 //! Arguments of the form `NAME=VALUE` change what is measured, and then nothing is bounded: `kernel`, `kernel-shape`,
 //! `beam-rule`, `segment-length`, `free-spacing`, `spacing` and `passes` as `bhm` has them, `every=N` for every N-th scan.
@@ -18,7 +19,9 @@ use std::{
 use bhm_bench::instructions::{CountError, Counted, PerTile, count_calls, plane};
 use bhm_core::{
     beam::AnyBeamRule,
+    geometry::Point,
     kernel::KernelSettings,
+    map::{Grid, Occupancy},
     mapper::IntegrateReport,
     posterior::{Posterior, Prior, Scratch},
     profile::{self, Capacities, Profile},
@@ -121,6 +124,59 @@ impl Task {
     }
 }
 
+/// Points asked for together cost at most this share of what they cost one by one.
+const QUERY_BOUND: f64 = 0.5;
+
+/// The square of 10 m around the first scan's pose, every 5 cm, row by row.
+const QUERY_SIDE: usize = 200;
+
+#[inline(never)]
+fn measured_one_by_one(map: &dyn map::AnyMap, points: &[Point<2>], answers: &mut [Occupancy]) {
+    for (point, answer) in points.iter().zip(answers) {
+        *answer = map.occupancy(point);
+    }
+}
+
+#[inline(never)]
+fn measured_in_one_call(map: &dyn map::AnyMap, points: &[Point<2>], answers: &mut [Occupancy]) {
+    map.occupancies(points, answers);
+}
+
+/// The functions that are compared.
+type Query = fn(&dyn map::AnyMap, &[Point<2>], &mut [Occupancy]);
+const QUERIES: [(&str, Query); 2] =
+    [("measured_one_by_one", measured_one_by_one), ("measured_in_one_call", measured_in_one_call)];
+
+/// Asks a map of the first scans of the simulated building.
+fn query_child(query: Query, profile: &str) {
+    let mut map = map::open(profile::named(profile).expect("a profile of that name")).expect("the profile is usable");
+    let scans: Vec<ScanRecord> = Task::parse(&[]).scans();
+    for scan in &scans[..20] {
+        map.integrate(&scan.as_scan()).expect("simulated scans are usable");
+    }
+    let pose = scans[0].header.map_from_sensor;
+    let (side, resolution_m) = (QUERY_SIDE, 0.05);
+    let corner_m = [pose.x_m, pose.y_m].map(|middle| middle - 0.5 * side as f32 * resolution_m).into();
+    let grid = Grid { corner_m, resolution_m, cells: [side; 2] };
+    let points: Vec<Point<2>> = (0..grid.len()).map(|number| grid.centre_m(number)).collect();
+    query(&*map, &points, &mut vec![Occupancy::UNKNOWN; points.len()]);
+}
+
+/// Prints what a point costs one by one and in one call; whether the second is within its bound.
+fn compare_queries(folder: &Path) -> Result<bool, CountError> {
+    let mut bounded = true;
+    for profile in [profile::COMPACT.name, profile::INDOOR.name] {
+        let mut per_point = [0.0; 2];
+        for (cost, (name, _)) in per_point.iter_mut().zip(QUERIES) {
+            *cost = count(folder, name, name, &[profile.to_owned()])?.calls[0] / (QUERY_SIDE * QUERY_SIDE) as f64;
+        }
+        let [alone, together] = per_point;
+        println!("a point of a raster, {profile:8}  {alone:.0} one by one, {together:.0} in one call");
+        bounded &= together <= QUERY_BOUND * alone;
+    }
+    Ok(bounded)
+}
+
 /// The band's kernels alone, and little else: factor, solve and selected inverse of one tile's posterior.
 fn kernels<const M: usize, const B: usize>(measured: fn(&mut Posterior<M, B>, &mut Scratch<M, B>)) {
     let (mut posterior, mut scratch) = (Box::new(Posterior::ZERO), Box::new(Scratch::ZERO));
@@ -162,7 +218,10 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match env::var(CHILD).as_deref() {
         Ok("scans") => child(&Task::parse(&arguments)),
-        Ok(kernels) => kernels_child(kernels),
+        Ok(other) => match QUERIES.iter().find(|(name, _)| *name == other) {
+            Some((_, query)) => query_child(*query, &arguments[0]),
+            None => kernels_child(other),
+        },
         Err(_) => return parent(&arguments),
     }
     ExitCode::SUCCESS
@@ -192,6 +251,13 @@ fn parent(arguments: &[String]) -> ExitCode {
             }
         }
     }
+    let queries_bounded = match compare_queries(&folder) {
+        Ok(bounded) => bounded,
+        Err(error) => {
+            eprintln!("{error}");
+            return ExitCode::FAILURE;
+        }
+    };
     let counted = match count(&folder, "scans", "measured", arguments) {
         Ok(counted) => counted,
         Err(error) => {
@@ -213,7 +279,7 @@ fn parent(arguments: &[String]) -> ExitCode {
     let outcome = report(&rows[..scans], &counted.calls[..scans], &task);
     let (first, again) = (per_tile(0..rows.len() - scans), per_tile(scans..rows.len()));
     println!("the first quarter's scans again, at the end  {:+.2} % a tile and pass", 100.0 * (again / first - 1.0));
-    outcome
+    if queries_bounded { outcome } else { ExitCode::FAILURE }
 }
 
 fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {

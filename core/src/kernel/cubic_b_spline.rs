@@ -4,7 +4,12 @@ use super::{
     Kernel,
     quadrature::{HERMITE_7, LEGENDRE_2, LEGENDRE_5, mean},
 };
-use crate::{define::settings, geometry::Point, lattice::offsets, settings::SettingsError};
+use crate::{
+    define::settings,
+    geometry::Point,
+    lattice::{displaced, offsets},
+    settings::SettingsError,
+};
 
 settings! {
     /// Settings of a [`CubicBSpline`]: none, since its width is the spacing.
@@ -68,6 +73,29 @@ fn beta(t: f32) -> f32 {
     }
 }
 
+/// β/β(0) at the `W` nodes around each of `L` points, `t` spacings behind the nearer of the two in their middle,
+/// `0 ≤ t ≤ 1`: two inner pieces, two outer ones, and zeros.
+#[inline(always)]
+fn beta_along<const W: usize, const L: usize>(t: &[f32; L]) -> [[f32; L]; W] {
+    let inner = |a: f32| 1.0 - a * a * (1.5 - 0.75 * a);
+    let outer = |rest: f32| 0.25 * rest * rest * rest;
+    let mut along = [[0.0; L]; W];
+    // Plain loops: what the compiler makes vectors of.
+    if let Some([first, second, third, fourth]) =
+        along.get_mut((W / 2).saturating_sub(2)..).and_then(<[_]>::first_chunk_mut)
+    {
+        for (point, t) in t.iter().enumerate() {
+            let t = t.clamp(0.0, 1.0);
+            let rest = 1.0 - t;
+            first[point] = outer(rest);
+            second[point] = inner(t);
+            third[point] = inner(rest);
+            fourth[point] = outer(t);
+        }
+    }
+    along
+}
+
 /// `β′(t)/β(0)`.
 #[inline(always)]
 fn beta_slope(t: f32) -> f32 {
@@ -128,19 +156,31 @@ impl<const D: usize> CubicBSpline<D> {
     ///
     /// Axis by axis each product so far becomes `W` products, from the last to the first, so that none is overwritten before it
     /// is used.
-    #[inline]
-    fn along_axes<const W: usize>(&self, from_first_m: &Point<D>, spacing_m: f32, values: &mut [f32]) {
+    #[inline(always)]
+    fn along_axes<const W: usize, const L: usize>(
+        &self,
+        from_first_m: &[Point<D>; L],
+        spacing_m: f32,
+        values: &mut [[f32; L]],
+    ) {
         let mut products = 1;
         if let Some(first) = values.first_mut() {
-            *first = 1.0;
+            *first = [1.0; L];
         }
-        for from_first in from_first_m.iter() {
-            let along: [f32; W] =
-                core::array::from_fn(|i| beta((from_first - i as f32 * spacing_m) * self.per_spacing));
+        let behind_m = (W / 2 - 1) as f32 * spacing_m;
+        for axis in 0..D {
+            let mut t = [0.0; L];
+            for (t, from_first) in t.iter_mut().zip(from_first_m) {
+                *t = (from_first[axis] - behind_m) * self.per_spacing;
+            }
+            let along: [[f32; L]; W] = beta_along(&t);
             for product in (0..products).rev() {
                 let so_far = values[product];
-                if let Some(slot) = values.as_chunks_mut::<W>().0.get_mut(product) {
-                    *slot = along.map(|value| so_far * value);
+                let Some(slots) = values.as_chunks_mut::<W>().0.get_mut(product) else { continue };
+                for (slots, along) in slots.iter_mut().zip(&along) {
+                    for ((slot, so_far), along) in slots.iter_mut().zip(&so_far).zip(along) {
+                        *slot = so_far * along;
+                    }
                 }
             }
             products *= W;
@@ -206,18 +246,23 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
     }
 
     #[inline]
-    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
-        if self.blur.is_some() || !matches!(width, 2 | 4 | 6 | 8) || values.len() != width.pow(D as u32) {
-            for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
-                *slot = self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m));
+    fn over_lattice<const L: usize>(
+        &self,
+        from_first_m: &[Point<D>; L],
+        spacing_m: f32,
+        width: usize,
+        values: &mut [[f32; L]],
+    ) {
+        if self.blur.is_some() || !matches!(width, 4 | 6 | 8) || values.len() != width.pow(D as u32) {
+            for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
+                *slots = from_first_m.map(|from_first| self.value(&displaced(&from_first, offset, spacing_m)));
             }
             return;
         }
         match width {
-            4 => self.along_axes::<4>(from_first_m, spacing_m, values),
-            6 => self.along_axes::<6>(from_first_m, spacing_m, values),
-            8 => self.along_axes::<8>(from_first_m, spacing_m, values),
-            _ => self.along_axes::<2>(from_first_m, spacing_m, values),
+            4 => self.along_axes::<4, L>(from_first_m, spacing_m, values),
+            6 => self.along_axes::<6, L>(from_first_m, spacing_m, values),
+            _ => self.along_axes::<8, L>(from_first_m, spacing_m, values),
         }
     }
 

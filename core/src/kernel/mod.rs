@@ -20,7 +20,11 @@ pub use two_scales::{TwoScales, TwoScalesSettings};
 
 use nalgebra::SMatrix;
 
-use crate::{define::sum_type, geometry::Point, lattice::offsets};
+use crate::{
+    define::sum_type,
+    geometry::Point,
+    lattice::{displaced, offsets},
+};
 
 /// A kernel `k(d)` of the displacement `d = x − x̃` from a support's centre to a point, with `k(0) = 1` until it is blurred.
 ///
@@ -66,9 +70,9 @@ use crate::{define::sum_type, geometry::Point, lattice::offsets};
 /// }
 ///
 /// let cone = Cone { radius_m: 1.0 };
-/// let mut stencil = [0.0; 4];
-/// cone.over_lattice(&[0.5, 0.5].into(), 1.0, 2, &mut stencil);
-/// assert!(stencil.iter().all(|value| (value - 0.292_893).abs() < 1e-6), "in the middle of four supports");
+/// let mut stencil = [[0.0]; 4];
+/// cone.over_lattice(&[[0.5, 0.5].into()], 1.0, 2, &mut stencil);
+/// assert!(stencil.iter().all(|[value]| (value - 0.292_893).abs() < 1e-6), "in the middle of four supports");
 /// ```
 pub trait Kernel<const D: usize>: Copy {
     /// `k(d)`.
@@ -78,12 +82,18 @@ pub trait Kernel<const D: usize>: Copy {
     fn gradient(&self, displacement_m: &Point<D>) -> Point<D>;
 
     /// Writes `k(d − spacing · offset)` for every offset of a stencil `width` wide, in lexicographic order, the last axis
-    /// fastest: what a point has of a lattice of point supports. A kernel that is a product over axes does better than one by
-    /// one.
+    /// fastest, and for `L` points of one cell: what each has of a lattice of point supports. A kernel that is a product over
+    /// axes does better than one by one.
     #[inline]
-    fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
-        for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
-            *slot = self.value(&Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m));
+    fn over_lattice<const L: usize>(
+        &self,
+        from_first_m: &[Point<D>; L],
+        spacing_m: f32,
+        width: usize,
+        values: &mut [[f32; L]],
+    ) {
+        for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
+            *slots = from_first_m.map(|from_first_m| self.value(&displaced(&from_first_m, offset, spacing_m)));
         }
     }
 
@@ -156,7 +166,13 @@ macro_rules! kernels {
             }
 
             #[inline]
-            fn over_lattice(&self, from_first_m: &Point<D>, spacing_m: f32, width: usize, values: &mut [f32]) {
+            fn over_lattice<const L: usize>(
+                &self,
+                from_first_m: &[Point<D>; L],
+                spacing_m: f32,
+                width: usize,
+                values: &mut [[f32; L]],
+            ) {
                 match self { $(Self::$kernel(kernel) => kernel.over_lattice(from_first_m, spacing_m, width, values)),* }
             }
 

@@ -101,16 +101,29 @@ fn add_blocks<const N: usize, const B: usize>(matrix: &mut impl UpperRowsMut<B>,
     }
 }
 
-/// `sum + left · (sigma · right)`, row by row.
+/// `sum + weight · values`, row by row.
 #[inline(always)]
-fn add_products<const L: usize>(sum: [f32; L], left: &[f32; L], sigma: f32, right: &[f32; L]) -> [f32; L] {
-    core::array::from_fn(|row| sum[row] + left[row] * (sigma * right[row]))
+fn add_scaled<const L: usize>(sum: [f32; L], weight: f32, values: &[f32; L]) -> [f32; L] {
+    core::array::from_fn(|row| sum[row] + weight * values[row])
+}
+
+/// `sum + left · right`, row by row.
+#[inline(always)]
+fn add_products<const L: usize>(sum: [f32; L], left: &[f32; L], right: &[f32; L]) -> [f32; L] {
+    core::array::from_fn(|row| sum[row] + left[row] * right[row])
 }
 
 /// The sum of two, row by row.
 #[inline(always)]
 fn add<const L: usize>(left: [f32; L], right: [f32; L]) -> [f32; L] {
     core::array::from_fn(|row| left[row] + right[row])
+}
+
+/// `Σⱼ sumsⱼ · valuesⱼ`, row by row.
+#[inline(always)]
+fn weighted<const N: usize, const L: usize>(sums: &[[f32; L]; N], values: &[[f32; L]; N]) -> [f32; L] {
+    let products: [[f32; L]; N] = core::array::from_fn(|j| core::array::from_fn(|row| sums[j][row] * values[j][row]));
+    products.into_iter().reduce(add).unwrap_or([0.0; L])
 }
 
 #[inline(always)]
@@ -125,27 +138,29 @@ fn sum_blocks<const N: usize, const B: usize, const L: usize>(
     // Added up block by block: where Σ is large and the variance small, long sums lose it.
     let (mut diagonal, mut pairs) = ([0.0; L], [0.0; L]);
     while let Some((first, here)) = blocks.next() {
-        let (mut on, mut off) = ([0.0; L], [0.0; L]);
-        for i in 0..N {
+        // One sum for each later weight, of what the earlier ones have with it.
+        let mut sums = [[0.0; L]; N];
+        let mut on = [0.0; L];
+        for (i, value) in here.iter().enumerate() {
             let sigma = sigma.upper(first + i);
-            on = add_products(on, &here[i], sigma[0], &here[i]);
+            on = add_products(on, value, &value.map(|value| sigma[0] * value));
             for j in i + 1..N {
-                off = add_products(off, &here[i], sigma[j - i], &here[j]);
+                sums[j] = add_scaled(sums[j], sigma[j - i], value);
             }
         }
         diagonal = add(diagonal, on);
-        pairs = add(pairs, off);
+        pairs = add(pairs, weighted(&sums, here));
         for (later_first, later) in blocks.clone() {
             let apart = later_first - first;
             let mut sums = [[0.0; L]; N];
             for (i, value) in here.iter().enumerate() {
                 let sigma = sigma.upper(first + i).get(apart - i..).and_then(|sigma| sigma.first_chunk::<N>());
                 let Some(sigma) = sigma else { continue };
-                for ((sum, sigma), later) in sums.iter_mut().zip(sigma).zip(later) {
-                    *sum = add_products(*sum, value, *sigma, later);
+                for (sum, sigma) in sums.iter_mut().zip(sigma) {
+                    *sum = add_scaled(*sum, *sigma, value);
                 }
             }
-            pairs = add(pairs, sums.iter().copied().reduce(add).unwrap_or([0.0; L]));
+            pairs = add(pairs, weighted(&sums, later));
         }
     }
     // Every pair off the diagonal stands for two.

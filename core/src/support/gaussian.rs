@@ -89,13 +89,13 @@ impl<const D: usize> Support<D> for GaussianSupport<D> {
     }
 
     #[inline]
-    fn over_lattice(
+    fn over_lattice<const L: usize>(
         &self,
         kernel: &impl Kernel<D>,
-        from_first_m: &Point<D>,
+        from_first_m: &[Point<D>; L],
         spacing_m: f32,
         width: usize,
-        values: &mut [f32],
+        values: &mut [[f32; L]],
     ) {
         // Blurred once, not node by node.
         kernel.blurred(&self.covariance_m2).over_lattice(from_first_m, spacing_m, width, values);

@@ -21,7 +21,7 @@ use crate::{
         Kernel,
         quadrature::{LEGENDRE_12, mean},
     },
-    lattice::offsets,
+    lattice::{displaced, offsets},
 };
 
 /// A support's feature: its kernel, averaged over what the support covers.
@@ -35,19 +35,18 @@ pub trait Support<const D: usize>: Sized {
     /// The feature of a point displaced by `displacement_m` from the support's centre.
     fn feature(&self, kernel: &impl Kernel<D>, displacement_m: &Point<D>) -> f32;
 
-    /// Writes the features of a stencil `width` wide whose nodes all have this support; see [`Kernel::over_lattice`].
+    /// Writes the features of `L` points of one cell, of a stencil `width` wide whose nodes all have this support; see [`Kernel::over_lattice`].
     #[inline]
-    fn over_lattice(
+    fn over_lattice<const L: usize>(
         &self,
         kernel: &impl Kernel<D>,
-        from_first_m: &Point<D>,
+        from_first_m: &[Point<D>; L],
         spacing_m: f32,
         width: usize,
-        values: &mut [f32],
+        values: &mut [[f32; L]],
     ) {
-        for (slot, offset) in values.iter_mut().zip(offsets([width; D])) {
-            let displacement = Point::from_fn(|axis, _| from_first_m[axis] - offset[axis] as f32 * spacing_m);
-            *slot = self.feature(kernel, &displacement);
+        for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
+            *slots = from_first_m.map(|from_first| self.feature(kernel, &displaced(&from_first, offset, spacing_m)));
         }
     }
 
@@ -124,13 +123,13 @@ macro_rules! supports {
 
             /// See [`Support::over_lattice`].
             #[inline]
-            pub fn over_lattice(
+            pub fn over_lattice<const L: usize>(
                 &self,
                 kernel: &impl Kernel<D>,
-                from_first_m: &Point<D>,
+                from_first_m: &[Point<D>; L],
                 spacing_m: f32,
                 width: usize,
-                values: &mut [f32],
+                values: &mut [[f32; L]],
             ) {
                 match self {
                     $(Self::$support(support) => support.over_lattice(kernel, from_first_m, spacing_m, width, values)),*

@@ -35,13 +35,13 @@ impl<const D: usize> Support<D> for PointSupport<D> {
     }
 
     #[inline]
-    fn over_lattice(
+    fn over_lattice<const L: usize>(
         &self,
         kernel: &impl Kernel<D>,
-        from_first_m: &Point<D>,
+        from_first_m: &[Point<D>; L],
         spacing_m: f32,
         width: usize,
-        values: &mut [f32],
+        values: &mut [[f32; L]],
     ) {
         kernel.over_lattice(from_first_m, spacing_m, width, values);
     }

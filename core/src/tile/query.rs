@@ -125,28 +125,28 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
         points_m: &[Point<D>],
         answers: &mut [Occupancy],
     ) {
+        let nodes = self.pattern.len().min(MAX_STENCIL_NODES);
         let mut values = [0.0; MAX_STENCIL_NODES];
-        let values = &mut values[..self.pattern.len().min(MAX_STENCIL_NODES)];
-        let mut features = [[0.0; LANES]; MAX_STENCIL_NODES];
+        let values = &mut values[..nodes];
         // The bias is the rare case: its covariances stand beside the band.
-        let together = placed.len() >= FEWEST_LANES && self.basis.bias_coupling.is_none();
-        for (lane, (stencil, number)) in placed.iter().enumerate() {
-            let bias = self.basis.write_features_at(stencil, &points_m[*number].into(), None, values);
-            if together {
-                features.iter_mut().zip(&*values).for_each(|(lanes, value)| lanes[lane] = *value);
-            } else {
+        if placed.len() < FEWEST_LANES || self.basis.bias_coupling.is_some() {
+            for (stencil, number) in placed {
+                let bias = self.basis.write_features_at(stencil, &points_m[*number].into(), None, values);
                 answers[*number] = self.blend(holding, stencil, values, bias);
             }
-        }
-        if !together {
             return;
         }
+        let mut features = [[0.0; LANES]; MAX_STENCIL_NODES];
+        let features = &mut features[..nodes];
+        // Lanes without a point repeat the first.
+        let from_first_m = core::array::from_fn(|lane| placed.get(lane).unwrap_or(&placed[0]).0.from_first_m);
+        self.basis.write_features_of_points(&self.basis.kernel, &placed[0].0.first, &from_first_m, features);
         let (mut means, mut variances) = ([0.0; LANES], [0.0; LANES]);
         for (index, first, tile) in holding {
             let moments = match tile {
-                Some(tile) => tile.moments_of_many(self.pattern, *first, &features[..values.len()]),
+                Some(tile) => tile.moments_of_many(self.pattern, *first, features),
                 None => core::array::from_fn(|lane| {
-                    values.iter_mut().zip(&features).for_each(|(value, lanes)| *value = lanes[lane]);
+                    values.iter_mut().zip(&*features).for_each(|(value, lanes)| *value = lanes[lane]);
                     Moments { mean: 0.0, variance: self.prior.variance(values, 0.0) }
                 }),
             };
