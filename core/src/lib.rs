@@ -22,6 +22,7 @@ pub mod lattice;
 pub mod map;
 pub mod mapper;
 pub mod posterior;
+pub mod prior;
 pub mod profile;
 pub mod relevance;
 pub mod rule;

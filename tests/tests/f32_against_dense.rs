@@ -9,7 +9,7 @@ use bhm_core::{
     map::Map,
     profile::{COMPACT, Capacities, Profile},
     rule::{AnyRule, GaussianVariational, JaakkolaJordan, XiStart as CoreXiStart},
-    settings::{BiasSettings, PriorSettings, Settings, TileSettings},
+    settings::{BiasSettings, Settings, TileSettings},
 };
 use bhm_host::{ScanRecord, map::OwnedMapper};
 use bhm_oracle::{DenseMap, Features, Matrix, Rule, TileBlend, XiStart};
@@ -37,15 +37,15 @@ fn oracle_rule(rule: &AnyRule) -> Rule {
 /// One tile over the place where a drive spends many scans.
 fn one_tile(drive: &Drive, width: usize, kernel: KernelSettings, stencil: usize, rule: AnyRule, bias: bool) -> Profile {
     let half_m = 0.25 * (width - 1) as f32;
-    let PriorSettings::White(prior) = COMPACT.settings.prior;
     Profile {
         settings: Settings {
             origin_m: drive.busy_m.map(|middle_m| middle_m - half_m),
             kernel,
+            prior: COMPACT.settings.prior.or_white(&kernel),
             tile: TileSettings { stencil, width: [width; 2], stride: [width - stencil; 2], count: Some([1, 1]) },
             rule,
             // As weak as a weight's: the hardest case for `f32`.
-            bias: bias.then_some(BiasSettings { precision: prior.precision }),
+            bias: bias.then_some(BiasSettings { precision: 1e-4 }),
             ..COMPACT.settings
         },
         capacities: Capacities { tiles: 1, observations: 32_768, rows: 32_768, touched: 4 },
@@ -64,7 +64,7 @@ fn dense_map(settings: &Settings, stencil: usize) -> DenseMap<2> {
         kernel: blend.kernel,
         bias: settings.bias.is_some(),
     };
-    let mut map = DenseMap::new(features, blend.prior_precision);
+    let mut map = DenseMap::new(features, blend.prior);
     map.whole_stencil = settings.tile.stencil;
     map
 }

@@ -81,7 +81,7 @@ fn shape_agrees<const M: usize, const B: usize>(seed: u64) {
         compare(&learner, &dense, "learned");
         if scan % 2 == 1 {
             let keep = stream.between(0.2, 1.0) as f32;
-            let core_prior = learner.prior;
+            let core_prior = learner.prior.clone();
             learner.posterior.discount(&core_prior, keep, &mut learner.scratch).unwrap();
             dense.discount(&prior, f64::from(keep)).unwrap();
             compare(&learner, &dense, "forgotten");
@@ -208,7 +208,7 @@ proptest! {
             prop_assert_eq!(error, NotPositiveDefinite { row });
             prop_assert!(learner.posterior == untouched);
         }
-        let prior = learner.prior;
+        let prior = learner.prior.clone();
         let error = learner.posterior.discount(&prior, 0.9, &mut learner.scratch).unwrap_err();
         prop_assert_eq!(error, NotPositiveDefinite { row });
         prop_assert!(learner.posterior == untouched);
@@ -240,6 +240,7 @@ fn forgetting_in_a_map_is_the_power_prior() {
             let profile = Profile {
                 settings: Settings {
                     kernel,
+                    prior: COMPACT.settings.prior.or_white(&kernel),
                     tile: TileSettings { stencil, width: [12; 2], stride: [12 - stencil; 2], count: Some([1, 1]) },
                     forgetting: 0.8,
                     bias: bias.then_some(BiasSettings { precision: 1e-4 }),
@@ -253,7 +254,7 @@ fn forgetting_in_a_map_is_the_power_prior() {
             let mut oracle = TileBlend::of(&profile.settings, bias.then_some(0.0));
             let features =
                 Features { origin_m: [0.0; 2], spacing_m: 0.5, width: [12; 2], stencil, kernel: oracle.kernel, bias };
-            let mut dense = DenseMap::new(features, 1e-4_f32.into());
+            let mut dense = DenseMap::new(features, oracle.prior.clone());
             let prior = dense.posterior.clone();
             let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
             let mut stream = Stream::new(9);

@@ -54,7 +54,7 @@ fn compare(kernel: KernelSettings, exact: Kernel, rule: &AnyRule, exact_rule: &R
         kernel: exact,
         bias: false,
     };
-    let mut dense = DenseMap::new(features, f64::from(PRIOR));
+    let mut dense = DenseMap::new(features, DensePosterior::prior(&[f64::from(PRIOR); M]));
     let mut learner = Learner::<M, B>::flat(PRIOR).on_lattice::<3>(WIDTH, STENCIL);
     let mut stream = Stream::new(3);
     // Whole stencils lie between the second and the last but one support: two cells a side.

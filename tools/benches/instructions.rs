@@ -23,7 +23,7 @@ use bhm_core::{
     kernel::KernelSettings,
     map::{Grid, Occupancy},
     mapper::IntegrateReport,
-    posterior::{Posterior, Prior, Scratch},
+    posterior::{Posterior, Scratch},
     profile::{self, Capacities, Profile},
     scan::ScanHeader,
     settings::Settings,
@@ -178,23 +178,31 @@ fn compare_queries(folder: &Path) -> Result<bool, CountError> {
 }
 
 /// The band's kernels alone, and little else: factor, solve and selected inverse of one tile's posterior.
-fn kernels<const M: usize, const B: usize>(measured: fn(&mut Posterior<M, B>, &mut Scratch<M, B>)) {
+fn kernels<const M: usize, const B: usize>(measured: fn(&mut Posterior<M, B>, &Posterior<M, B>, &mut Scratch<M, B>)) {
     let (mut posterior, mut scratch) = (Box::new(Posterior::ZERO), Box::new(Scratch::ZERO));
-    posterior.reset(&PRIOR);
-    measured(&mut posterior, &mut scratch);
+    let mut prior = Box::new(Posterior::ZERO);
+    prior.reset_white(1.0);
+    posterior.copy_from(&prior);
+    measured(&mut posterior, &prior, &mut scratch);
 }
 
 #[inline(never)]
-fn measured_spline_tile(posterior: &mut Posterior<144, 40>, scratch: &mut Scratch<144, 40>) {
-    posterior.discount(&PRIOR, 0.5, scratch).expect("the prior is positive definite");
+fn measured_spline_tile(
+    posterior: &mut Posterior<144, 40>,
+    prior: &Posterior<144, 40>,
+    scratch: &mut Scratch<144, 40>,
+) {
+    posterior.discount(prior, 0.5, scratch).expect("the prior is positive definite");
 }
 
 #[inline(never)]
-fn measured_exponential_tile(posterior: &mut Posterior<196, 76>, scratch: &mut Scratch<196, 76>) {
-    posterior.discount(&PRIOR, 0.5, scratch).expect("the prior is positive definite");
+fn measured_exponential_tile(
+    posterior: &mut Posterior<196, 76>,
+    prior: &Posterior<196, 76>,
+    scratch: &mut Scratch<196, 76>,
+) {
+    posterior.discount(prior, 0.5, scratch).expect("the prior is positive definite");
 }
-
-const PRIOR: Prior = Prior { precision: 1.0, bias: None };
 
 /// The kernels of two shapes; callgrind writes their count at the end.
 fn kernels_child(which: &str) {

@@ -61,7 +61,7 @@ impl<const D: usize> CubicBSpline<D> {
 
 /// `β(t)/β(0)`.
 #[inline(always)]
-fn beta(t: f32) -> f32 {
+pub(crate) fn beta(t: f32) -> f32 {
     let a = t.abs();
     if a < 1.0 {
         1.0 - a * a * (1.5 - 0.75 * a)
@@ -108,6 +108,32 @@ fn beta_slope(t: f32) -> f32 {
     } else {
         0.0
     }
+}
+
+/// `β″(t)/β(0)`.
+fn beta_curvature(t: f32) -> f32 {
+    let a = t.abs();
+    if a < 1.0 {
+        4.5 * a - 3.0
+    } else if a < 2.0 {
+        1.5 * (2.0 - a)
+    } else {
+        0.0
+    }
+}
+
+/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` of the splines at two of `count` nodes in a row, for k = 0, 1 and 2, over the cells that are in reach of four
+/// nodes; in spacings.
+pub(crate) fn spline_gram(one: usize, other: usize, count: usize) -> [f32; 3] {
+    let mut sums = [0.0; 3];
+    // Cell `c` lies between the nodes `c + 1` and `c + 2`, in reach of `c` to `c + 3`.
+    for cell in one.max(other).saturating_sub(3)..=one.min(other).min(count.saturating_sub(4)) {
+        let from = |node: usize, x: f32| cell as f32 + 1.5 + x - node as f32;
+        for (sum, derivative) in sums.iter_mut().zip([beta, beta_slope, beta_curvature]) {
+            *sum += mean(LEGENDRE_5, |x| derivative(from(one, x)) * derivative(from(other, x)));
+        }
+    }
+    sums
 }
 
 /// Widest blur, in spacings along an axis, whose quadrature can be trusted; a wider one counts as wholly cut off.

@@ -14,6 +14,7 @@ mod squared_exponential;
 mod two_scales;
 
 pub use cubic_b_spline::{CubicBSpline, CubicBSplineSettings};
+pub(crate) use cubic_b_spline::{beta, spline_gram};
 pub use quadrature::{Averaging, MAX_SAMPLES, sampled};
 pub use squared_exponential::{SquaredExponential, SquaredExponentialSettings};
 pub use two_scales::{TwoScales, TwoScalesSettings};

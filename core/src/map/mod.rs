@@ -95,6 +95,9 @@ pub trait Map<const D: usize> {
 pub trait ModelledMap<const D: usize>: Map<D> {
     /// The functions that follow from the map's settings.
     fn model(&self) -> &Model<'_, D>;
+
+    /// What the map would say about a point, metres, if it had learned nothing.
+    fn unobserved_at(&self, point_m: &Point<D>) -> Occupancy;
 }
 
 /// Whatever answers through a map that it can show, such as a [`MapView`](crate::tile::MapView) of tiles that it holds: it is a

@@ -3,7 +3,7 @@ use super::{
     work::{ObservationSlot, Workspace},
 };
 use crate::{
-    posterior::{RowState, Scratch},
+    posterior::{Posterior, RowState, Scratch},
     settings::{Settings, SettingsError},
     storage::Storage,
     support::SupportTable,
@@ -19,6 +19,8 @@ pub struct Memory<'m, const D: usize, const M: usize, const B: usize> {
     pub tiles: Storage<'m, [Tile<D, M, B>]>,
     /// One per tile slot.
     pub directory: Storage<'m, [DirectoryEntry<D>]>,
+    /// What is believed of a tile before any scan, shared by all tiles.
+    pub prior: Storage<'m, Posterior<M, B>>,
     /// Working memory, shared by all tiles.
     pub scratch: Storage<'m, Scratch<M, B>>,
     /// Observations of one scan.
@@ -41,7 +43,7 @@ impl<'m, const D: usize, const M: usize, const B: usize> Memory<'m, D, M, B> {
         self,
         settings: &Settings<D>,
     ) -> Result<(TileStore<'m, D, M, B>, Workspace<'m, D, M, B>), SettingsError> {
-        let Self { tiles, directory, scratch, observations, features, links, touched, rows, supports: _ } = self;
+        let Self { tiles, directory, prior, scratch, observations, features, links, touched, rows, supports: _ } = self;
         let capacity = observations.len().min(features.len() / settings.stencil_nodes()).min(links.len() >> D);
         for (what, length) in [
             ("tiles", tiles.len().min(directory.len())),
@@ -53,7 +55,7 @@ impl<'m, const D: usize, const M: usize, const B: usize> Memory<'m, D, M, B> {
                 return Err(SettingsError::NoMemory { what });
             }
         }
-        let work = Workspace { scratch, observations, features, links, touched, rows, capacity };
+        let work = Workspace { prior, scratch, observations, features, links, touched, rows, capacity };
         Ok((TileStore::new(tiles, directory), work))
     }
 }
@@ -94,6 +96,7 @@ pub struct StaticMemory<
 > {
     tiles: [Tile<D, M, B>; TILES],
     directory: [DirectoryEntry<D>; TILES],
+    prior: Posterior<M, B>,
     scratch: Scratch<M, B>,
     observations: [ObservationSlot<D>; OBSERVATIONS],
     features: [[f32; NODES]; OBSERVATIONS],
@@ -118,6 +121,7 @@ impl<
     pub const ZERO: Self = Self {
         tiles: [const { Tile::VACANT }; TILES],
         directory: [DirectoryEntry::VACANT; TILES],
+        prior: Posterior::ZERO,
         scratch: Scratch::ZERO,
         observations: [ObservationSlot::VACANT; OBSERVATIONS],
         features: [[0.0; NODES]; OBSERVATIONS],
@@ -128,10 +132,11 @@ impl<
 
     /// The memory as a mapper takes it, without supports of their own for any node.
     pub fn lend(&mut self) -> Memory<'_, D, M, B> {
-        let Self { tiles, directory, scratch, observations, features, links, touched, rows } = self;
+        let Self { tiles, directory, prior, scratch, observations, features, links, touched, rows } = self;
         Memory {
             tiles: Storage::Lent(tiles),
             directory: Storage::Lent(directory),
+            prior: Storage::Lent(prior),
             scratch: Storage::Lent(scratch),
             observations: Storage::Lent(observations),
             features: Storage::Lent(features.as_flattened_mut()),

@@ -20,7 +20,7 @@ use crate::{
     geometry::Place,
     lattice::Lattice,
     map::{Map, Viewed},
-    posterior::{Prior, RowError, Rows},
+    posterior::{Posterior, RowError, Rows},
     scan::{ScanRejected, Sweep},
     settings::{Model, Settings, SettingsError},
     tile::{Archive, MapView, Tile, TileStore, TileStoreFull, Tiling},
@@ -48,7 +48,8 @@ impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
     pub fn new(settings: Settings<D>, memory: Memory<'m, D, M, B>) -> Result<Self, SettingsError> {
         let model = settings.model_with(memory.supports.clone())?;
         model.tiling.check(M, B)?;
-        let (store, work) = memory.split(&settings)?;
+        let (store, mut work) = memory.split(&settings)?;
+        model.prior.write(&mut work.prior, &mut work.scratch)?;
         Ok(Self { settings, model, store, work, newest_stamp_ns: 0, scans: 0 })
     }
 
@@ -76,10 +77,10 @@ impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
         &self.model.tiling
     }
 
-    /// What is believed where nothing was observed.
+    /// What is believed of a tile where nothing was observed.
     #[must_use]
-    pub fn prior(&self) -> &Prior {
-        &self.model.prior
+    pub fn prior(&self) -> &Posterior<M, B> {
+        &self.work.prior
     }
 
     /// The resident tiles.
@@ -117,7 +118,7 @@ impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
     /// The map as queries see it.
     #[must_use]
     pub fn view(&self) -> MapView<'_, &TileStore<'m, D, M, B>, D, M, B> {
-        self.model.view(&self.store)
+        self.model.view(&self.work.prior, &self.store)
     }
 
     /// Learns a sweep of a range sensor, such as a [`Scan`](crate::scan::Scan).
@@ -203,8 +204,8 @@ impl<'m, const D: usize, const M: usize, const B: usize> Mapper<'m, D, M, B> {
         archive: &mut impl Archive<D, M, B>,
     ) -> IntegrateReport {
         self.scans += 1;
-        let Model { basis, tiling, pattern, prior } = &self.model;
-        let Workspace { scratch, observations, features, links, touched, rows, .. } = &mut self.work;
+        let Model { basis, tiling, pattern, .. } = &self.model;
+        let Workspace { prior, scratch, observations, features, links, touched, rows, .. } = &mut self.work;
         let (slots, sorting) = (&mut **observations, Sorting::new(touched, links));
         let mut observed = Observed { slots, features, sorting, len: 0, tally: ObservationTally::default() };
         read(&mut observed, &self.model);

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     beam::Observation,
     lattice::Node,
-    posterior::{RowState, Scratch},
+    posterior::{Posterior, RowState, Scratch},
     settings::Model,
     storage::Storage,
 };
@@ -27,9 +27,10 @@ impl<const D: usize> ObservationSlot<D> {
     pub const VACANT: Self = Self { first: [0; D], bias: 0.0, occupied: false };
 }
 
-/// The part of [`Memory`](super::Memory) that holds nothing from one scan to the next.
+/// The part of [`Memory`](super::Memory) that learns nothing from one scan to the next.
 #[derive(Debug)]
 pub(super) struct Workspace<'m, const D: usize, const M: usize, const B: usize> {
+    pub(super) prior: Storage<'m, Posterior<M, B>>,
     pub(super) scratch: Storage<'m, Scratch<M, B>>,
     pub(super) observations: Storage<'m, [ObservationSlot<D>]>,
     pub(super) features: Storage<'m, [f32]>,

@@ -16,7 +16,6 @@ mod runs;
 mod selected_inverse;
 
 pub use pattern::{MAX_RUNS, Pattern, PatternError, Row};
-pub use prior::{BiasPrior, Prior};
 pub use rows::{RowError, RowState, Rows, Site};
 
 use core::fmt;
@@ -111,7 +110,7 @@ pub struct PosteriorView<'a, const M: usize, const B: usize> {
 }
 
 impl<const M: usize, const B: usize> Posterior<M, B> {
-    /// All zero: the vacant state, for a `static`. [`reset`](Self::reset) makes it the prior.
+    /// All zero: the vacant state, for a `static`. [`Prior::write`](crate::prior::Prior::write) makes it the prior.
     pub const ZERO: Self = Self {
         information: [[0.0; B]; M],
         covariance: [[0.0; B]; M],

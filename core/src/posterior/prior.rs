@@ -1,85 +1,72 @@
-use super::{Posterior, Row};
+use super::{NotPositiveDefinite, Posterior, Scratch};
+use crate::prior::BiasPrior;
 
-/// What is believed before any scan: `N(0, Λ₀⁻¹)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior {
-    /// Precision of each weight, `Λ₀ = precision · I`.
-    pub precision: f32,
-    /// The bias's part, if there is one.
-    pub bias: Option<BiasPrior>,
-}
-
-/// The prior of a bias in the coordinates of [`Basis::new`](crate::basis::Basis::new): `w′ = w + c·b`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BiasPrior {
-    /// Precision of the bias.
-    pub precision: f32,
-    /// `c`.
-    pub coupling: f32,
-}
-
-impl Prior {
-    /// `Λ₀` between a weight and the bias.
-    pub(crate) fn border(&self) -> f32 {
-        self.bias.map_or(0.0, |bias| -self.precision * bias.coupling)
-    }
-
-    /// `Λ₀` of the bias among `supports` weights.
-    pub(crate) fn corner(&self, supports: usize) -> f32 {
-        self.bias.map_or(1.0, |bias| bias.precision + self.precision * bias.coupling * bias.coupling * supports as f32)
-    }
-
-    /// `φᵀΛ₀⁻¹φ`: the variance where nothing was ever observed.
-    #[inline]
-    #[must_use]
-    pub fn variance(&self, values: &[f32], bias_feature: f32) -> f32 {
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for value in values {
-            sum += value;
-            squares += value * value;
-        }
-        let weights = squares / self.precision;
-        self.bias.map_or(weights, |bias| {
-            let constant = bias.coupling * sum + bias_feature;
-            weights + constant * constant / bias.precision
-        })
-    }
-
-    /// Half the derivative of [`variance`](Self::variance) when φ changes by `dφ`: `φᵀΛ₀⁻¹dφ`, of rows at the same weights.
-    #[inline]
-    #[must_use]
-    pub fn bilinear(&self, left: &Row<'_>, right: &Row<'_>) -> f32 {
-        let dot: f32 = left.values.iter().zip(right.values).map(|(a, b)| a * b).sum();
-        let weights = dot / self.precision;
-        self.bias.map_or(weights, |bias| {
-            let constant = |row: &Row<'_>| bias.coupling * row.values.iter().sum::<f32>() + row.bias;
-            weights + constant(left) * constant(right) / bias.precision
-        })
-    }
-}
-
+/// How a prior is written: a belief of mean zero.
 impl<const M: usize, const B: usize> Posterior<M, B> {
-    /// Overwrites everything with the prior, in place.
-    pub fn reset(&mut self, prior: &Prior) {
-        let (common, border, corner) = prior.bias.map_or((0.0, 0.0, 1.0), |bias| {
-            let variance = 1.0 / bias.precision;
-            (bias.coupling * bias.coupling * variance, bias.coupling * variance, variance)
-        });
-        for (i, (information, covariance)) in self.information.iter_mut().zip(&mut self.covariance).enumerate() {
-            information.fill(0.0);
-            information[0] = prior.precision;
-            covariance.fill(0.0);
-            covariance[..B.min(M - i)].fill(common);
-            covariance[0] += 1.0 / prior.precision;
+    /// Overwrites everything with independent weights of that precision, without bias.
+    pub fn reset_white(&mut self, precision: f32) {
+        let diagonal = |band: &mut super::Band<M, B>, entry: f32| {
+            for row in band {
+                row.fill(0.0);
+                row[0] = entry;
+            }
+        };
+        diagonal(&mut self.information, precision);
+        diagonal(&mut self.covariance, 1.0 / precision);
+        self.forget_mean();
+        self.log_determinant = [M as f32 * libm::logf(precision), 0.0];
+    }
+
+    /// Overwrites everything but the weights' information with what follows from that, mean zero, without bias.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`] if the information is; the rest is then as before.
+    pub fn settle(&mut self, scratch: &mut Scratch<M, B>) -> Result<(), NotPositiveDefinite> {
+        scratch.assemble(|i| self.information[i], &[0.0; M], 1.0);
+        scratch.factor_in_place()?;
+        self.log_determinant = scratch.log_determinant();
+        scratch.invert();
+        scratch.keep(self);
+        self.forget_mean();
+        Ok(())
+    }
+
+    /// Multiplies the weights' precision by a factor.
+    pub(crate) fn scale_precision(&mut self, factor: f32) {
+        self.information.as_flattened_mut().iter_mut().for_each(|entry| *entry *= factor);
+        self.covariance.as_flattened_mut().iter_mut().for_each(|entry| *entry /= factor);
+        self.log_determinant[0] += M as f32 * libm::logf(factor);
+    }
+
+    /// Adds a bias, independent of weights `w`, to a belief of mean zero about them, in the coordinates `w′ = w + c·b`.
+    pub fn couple_bias(&mut self, bias: &BiasPrior) {
+        let BiasPrior { precision, coupling } = *bias;
+        // The row sums of the weights' precision.
+        let mut sums = [0.0; M];
+        for (i, row) in self.information.iter().enumerate() {
+            sums[i] += row[0];
+            for (j, entry) in row.iter().enumerate().take(M - i).skip(1) {
+                sums[i] += entry;
+                sums[i + j] += entry;
+            }
         }
+        self.border_information = sums.map(|sum| -coupling * sum);
+        self.bias_information = precision + coupling * coupling * sums.iter().sum::<f32>();
+        self.bias_covariance = 1.0 / precision;
+        self.border_covariance.fill(coupling * self.bias_covariance);
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            for entry in &mut row[..B.min(M - i)] {
+                *entry += coupling * coupling * self.bias_covariance;
+            }
+        }
+        // |Λ| does not change under w′ = w + c·b, whose Jacobian has determinant one.
+        self.log_determinant[0] += libm::logf(precision);
+    }
+
+    fn forget_mean(&mut self) {
         self.mean.fill(0.0);
-        self.border_information.fill(prior.border());
-        self.border_covariance.fill(border);
-        self.bias_information = prior.corner(M);
-        self.bias_covariance = corner;
-        self.bias_mean = 0.0;
-        // |Λ₀| does not change under w′ = w + c·b, whose Jacobian has determinant one.
-        let bias = prior.bias.map_or(0.0, |bias| libm::logf(bias.precision));
-        self.log_determinant = [M as f32 * libm::logf(prior.precision) + bias, 0.0];
+        self.border_information.fill(0.0);
+        self.border_covariance.fill(0.0);
+        (self.bias_information, self.bias_covariance, self.bias_mean) = (1.0, 1.0, 0.0);
     }
 }

@@ -70,16 +70,17 @@ mod tests {
     use crate::{
         beam::AnyBeamRule,
         kernel::KernelSettings,
+        prior::{MaternPrior, PriorSettings, WhitePrior},
         profile,
         rule::{AnyRule, JaakkolaJordan, XiStart},
-        settings::{BiasSettings, PriorSettings, WhitePrior},
+        settings::BiasSettings,
         support::SupportSettings,
     };
 
     fn variants() -> Vec<Settings> {
         let settings = profile::COMPACT.settings;
         type Change = fn(&mut Settings);
-        let changes: [Change; 16] = [
+        let changes: [Change; 18] = [
             |_| (),
             |s| s.origin_m[1] = -0.0,
             |s| s.spacing_m = 0.25,
@@ -88,6 +89,8 @@ mod tests {
             |s| s.tile.stride = [8, 7],
             |s| s.tile.count = Some([0, 0]),
             |s| s.prior = PriorSettings::White(WhitePrior { precision: 2e-4 }),
+            |s| s.prior = PriorSettings::Matern(MaternPrior { deviation: 20.0, ..MaternPrior::DEFAULT }),
+            |s| s.prior = PriorSettings::Matern(MaternPrior { range_m: 3.0, ..MaternPrior::DEFAULT }),
             |s| s.bias = Some(BiasSettings::DEFAULT),
             |s| s.bias = Some(BiasSettings { precision: 2.0 }),
             |s| s.limits.range_max_m = 41.0,

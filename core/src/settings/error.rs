@@ -26,6 +26,13 @@ pub enum SettingsError {
         /// The stencil.
         stencil: usize,
     },
+    /// The prior cannot be used.
+    Prior {
+        /// Its name.
+        prior: &'static str,
+        /// Why.
+        why: &'static str,
+    },
     /// A part of the mapper's memory is empty.
     NoMemory {
         /// Which.
@@ -56,6 +63,7 @@ impl fmt::Display for SettingsError {
                 "a feature is still {cut_off} where a stencil of {stencil} ends, more than {MAX_CUT_OFF}: \
                  widen the stencil, or narrow the kernel or the supports"
             ),
+            Self::Prior { prior, why } => write!(f, "prior {prior}: {why}"),
             Self::NoMemory { what } => write!(f, "the mapper has no memory for {what}"),
         }
     }

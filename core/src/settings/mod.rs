@@ -14,11 +14,12 @@ pub use error::SettingsError;
 use crate::{
     basis::{Basis, MAX_CUT_OFF},
     beam::{AnyBeamRule, BeamLimits, BeamRule},
-    define::{settings, sum_type},
+    define::settings,
     geometry::Point,
     kernel::KernelSettings,
     lattice::Lattice,
-    posterior::{BiasPrior, Pattern, Prior},
+    posterior::{Pattern, Posterior},
+    prior::{BiasPrior, Prior, PriorSettings, WeightPrior},
     rule::AnyRule,
     support::{SupportSettings, SupportTable, Supports},
     tile::{MapView, TileSource, Tiling},
@@ -77,27 +78,6 @@ pub struct TileSettings<const D: usize> {
     pub count: Option<[usize; D]>,
 }
 
-sum_type! {
-    /// What is believed of the weights before any scan.
-    "prior" PriorSettings {
-        "white" => White(WhitePrior),
-    }
-}
-
-settings! {
-    /// Independent weights: `Λ₀ = precision · I`.
-    WhitePrior {
-        /// Precision of each weight, the paper's `10⁻⁴`: smaller lets a single beam decide more.
-        precision: f32 = 1e-4,
-    }
-}
-
-impl WhitePrior {
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        number::precision("prior precision", self.precision)
-    }
-}
-
 settings! {
     /// A bias: one weight common to all places.
     BiasSettings {
@@ -116,7 +96,7 @@ pub struct Model<'s, const D: usize> {
     /// Where the features of a stencil stand among a tile's weights.
     pub pattern: Pattern,
     /// What is believed before any scan.
-    pub prior: Prior,
+    pub prior: Prior<D>,
 }
 
 impl<const D: usize> Settings<D> {
@@ -174,10 +154,14 @@ impl<const D: usize> Settings<D> {
         if cut_off.is_nan() || cut_off > MAX_CUT_OFF {
             return Err(SettingsError::CutOff { cut_off, stencil });
         }
-        let PriorSettings::White(WhitePrior { precision }) = self.prior;
+        if !self.prior.suits(&self.kernel) {
+            let why = "it is not defined for this kernel";
+            return Err(SettingsError::Prior { prior: self.prior.name(), why });
+        }
         let bias = self.bias.zip(basis.bias_coupling);
         let bias = bias.map(|(bias, coupling)| BiasPrior { precision: bias.precision, coupling });
-        Ok(Model { basis, tiling, pattern, prior: Prior { precision, bias } })
+        let prior = Prior { weights: self.prior, bias, width, spacing_m: self.spacing_m };
+        Ok(Model { basis, tiling, pattern, prior })
     }
 
     /// How places become features, whether or not that makes sense.
@@ -210,10 +194,15 @@ impl<const D: usize> Settings<D> {
 }
 
 impl<const D: usize> Model<'_, D> {
-    /// The map that these tiles are under this model.
+    /// The map that these tiles are under this model, `unobserved` being its [`prior`](Self::prior).
     #[must_use]
-    pub fn view<T: TileSource<D, M, B>, const M: usize, const B: usize>(&self, tiles: T) -> MapView<'_, T, D, M, B> {
-        MapView { basis: &self.basis, tiling: &self.tiling, pattern: &self.pattern, prior: &self.prior, tiles }
+    pub fn view<'a, T: TileSource<D, M, B>, const M: usize, const B: usize>(
+        &'a self,
+        unobserved: &'a Posterior<M, B>,
+        tiles: T,
+    ) -> MapView<'a, T, D, M, B> {
+        let Self { basis, tiling, pattern, .. } = self;
+        MapView { basis, tiling, pattern, unobserved: unobserved.view(), tiles }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::{
     geometry::Point,
     lattice::{MAX_STENCIL_NODES, Node, Stencil},
     map::{Map, Occupancy, OccupancyGradient, TileRef},
-    posterior::{Moments, Pattern, PosteriorView, Prior, Row},
+    posterior::{Pattern, PosteriorView, Row},
 };
 
 /// Whatever holds tiles: the mapper's store, a sample in shared memory, a file.
@@ -37,8 +37,8 @@ pub struct MapView<'a, T, const D: usize, const M: usize, const B: usize> {
     pub tiling: &'a Tiling<D>,
     /// Where the features of a stencil stand among a tile's weights.
     pub pattern: &'a Pattern,
-    /// What a tile that does not exist answers.
-    pub prior: &'a Prior,
+    /// What a tile that does not exist answers: the prior.
+    pub unobserved: PosteriorView<'a, M, B>,
     /// The tiles that do.
     pub tiles: T,
 }
@@ -48,15 +48,34 @@ const MAX_HOLDING: usize = 8;
 
 /// The tiles that hold a stencil, as many as there are lattice positions for them, existing or not.
 type Holding<'t, const D: usize, const M: usize, const B: usize> =
-    heapless::Vec<(TileIndex<D>, usize, Option<PosteriorView<'t, M, B>>), MAX_HOLDING>;
+    heapless::Vec<(TileIndex<D>, usize, PosteriorView<'t, M, B>), MAX_HOLDING>;
+
+/// No tile at all.
+#[derive(Clone, Copy, Debug)]
+struct NoTiles;
+
+impl<const D: usize, const M: usize, const B: usize> TileSource<D, M, B> for NoTiles {
+    fn posterior(&self, _: &TileIndex<D>) -> Option<PosteriorView<'_, M, B>> {
+        None
+    }
+
+    fn for_each_tile(&self, _: &mut dyn FnMut(&TileRef<'_, D>)) {}
+}
 
 impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> MapView<'_, T, D, M, B> {
+    /// What the map would say about a point, metres, if it had learned nothing.
+    #[must_use]
+    pub fn unobserved_at(&self, point_m: &Point<D>) -> Occupancy {
+        let Self { basis, tiling, pattern, unobserved, .. } = *self;
+        MapView { basis, tiling, pattern, unobserved, tiles: NoTiles }.occupancy(point_m)
+    }
+
     /// The tiles that hold the stencil whose first node is given, each with the index of that node in it.
     #[inline]
     fn holding(&self, first: &Node<D>) -> Holding<'_, D, M, B> {
         let at = |index: TileIndex<D>| {
             let base = self.tiling.window(&index).index_of_whole(first, self.basis.lattice.stencil)?;
-            Some((index, base, self.tiles.posterior(&index)))
+            Some((index, base, self.tiles.posterior(&index).unwrap_or(self.unobserved)))
         };
         self.tiling.holding(first).filter_map(at).collect()
     }
@@ -71,14 +90,9 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
         for (index, first, tile) in holding {
             // Where only one position holds the point, its weight is one.
             let weight = if holding.len() == 1 { 1.0 } else { self.tiling.weight(index, stencil).0 };
-            match tile {
-                Some(tile) => {
-                    let moments = tile.moments(&Row { pattern: self.pattern, first: *first, values, bias });
-                    mean += weight * moments.mean;
-                    variance += weight * moments.variance;
-                }
-                None => variance += weight * self.prior.variance(values, bias),
-            }
+            let moments = tile.moments(&Row { pattern: self.pattern, first: *first, values, bias });
+            mean += weight * moments.mean;
+            variance += weight * moments.variance;
         }
         Occupancy::from_moments(mean, variance)
     }
@@ -126,10 +140,10 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
         answers: &mut [Occupancy],
     ) {
         let nodes = self.pattern.len().min(MAX_STENCIL_NODES);
-        let mut values = [0.0; MAX_STENCIL_NODES];
-        let values = &mut values[..nodes];
         // The bias is the rare case: its covariances stand beside the band.
         if placed.len() < FEWEST_LANES || self.basis.bias_coupling.is_some() {
+            let mut values = [0.0; MAX_STENCIL_NODES];
+            let values = &mut values[..nodes];
             for (stencil, number) in placed {
                 let bias = self.basis.write_features_at(stencil, &points_m[*number].into(), None, values);
                 answers[*number] = self.blend(holding, stencil, values, bias);
@@ -143,13 +157,7 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
         self.basis.write_features_of_points(&self.basis.kernel, &placed[0].0.first, &from_first_m, features);
         let (mut means, mut variances) = ([0.0; LANES], [0.0; LANES]);
         for (index, first, tile) in holding {
-            let moments = match tile {
-                Some(tile) => tile.moments_of_many(self.pattern, *first, features),
-                None => core::array::from_fn(|lane| {
-                    values.iter_mut().zip(&*features).for_each(|(value, lanes)| *value = lanes[lane]);
-                    Moments { mean: 0.0, variance: self.prior.variance(values, 0.0) }
-                }),
-            };
+            let moments = tile.moments_of_many(self.pattern, *first, features);
             for (lane, (stencil, _)) in placed.iter().enumerate() {
                 let weight = if holding.len() == 1 { 1.0 } else { self.tiling.weight(index, stencil).0 };
                 means[lane] += weight * moments[lane].mean;
@@ -196,26 +204,13 @@ impl<T: TileSource<D, M, B>, const D: usize, const M: usize, const B: usize> Map
             let (weight, weight_slope) = self.tiling.weight(&index, stencil);
             let row = Row { pattern: self.pattern, first, values: &features.values, bias };
             let slope_row = |axis: usize| row.with(&along[axis][..nodes], slopes.bias[axis]);
-            match tile {
-                Some(tile) => {
-                    let moments = tile.moments(&row);
-                    mean += weight * moments.mean;
-                    variance += weight * moments.variance;
-                    for axis in 0..D {
-                        let d = slope_row(axis);
-                        total.mean[axis] += weight * tile.mean_of(&d) + weight_slope[axis] * moments.mean;
-                        total.variance[axis] +=
-                            weight * 2.0 * tile.bilinear(&d, &row) + weight_slope[axis] * moments.variance;
-                    }
-                }
-                None => {
-                    let prior_variance = self.prior.variance(row.values, bias);
-                    variance += weight * prior_variance;
-                    for axis in 0..D {
-                        total.variance[axis] += weight * 2.0 * self.prior.bilinear(&slope_row(axis), &row)
-                            + weight_slope[axis] * prior_variance;
-                    }
-                }
+            let moments = tile.moments(&row);
+            mean += weight * moments.mean;
+            variance += weight * moments.variance;
+            for axis in 0..D {
+                let d = slope_row(axis);
+                total.mean[axis] += weight * tile.mean_of(&d) + weight_slope[axis] * moments.mean;
+                total.variance[axis] += weight * 2.0 * tile.bilinear(&d, &row) + weight_slope[axis] * moments.variance;
             }
         }
         OccupancyGradient::from_moments(mean, variance, total.mean, total.variance)

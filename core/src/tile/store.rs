@@ -3,7 +3,7 @@ use core::fmt;
 use super::{Tile, TileIndex, TileSource};
 use crate::{
     map::TileRef,
-    posterior::{PosteriorView, Prior},
+    posterior::{Posterior, PosteriorView},
     storage::Storage,
 };
 
@@ -152,7 +152,7 @@ impl<'m, const D: usize, const M: usize, const B: usize> TileStore<'m, D, M, B> 
     pub(crate) fn claim(
         &mut self,
         index: &TileIndex<D>,
-        prior: &Prior,
+        prior: &Posterior<M, B>,
         archive: &mut impl Archive<D, M, B>,
     ) -> Option<Claimed> {
         let mut claimed = Claimed::default();
@@ -186,7 +186,7 @@ impl<'m, const D: usize, const M: usize, const B: usize> TileStore<'m, D, M, B> 
             tile.index = *index;
             tile.updates = 0;
             tile.touched_at = 0;
-            tile.posterior.reset(prior);
+            tile.posterior.copy_from(prior);
         }
         Some(claimed)
     }

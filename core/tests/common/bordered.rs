@@ -2,7 +2,8 @@
 
 use bhm_core::{
     em::{self, UpdateReport},
-    posterior::{BiasPrior, NotPositiveDefinite, Prior},
+    posterior::NotPositiveDefinite,
+    prior::BiasPrior,
     rule::AnyRule,
 };
 use bhm_oracle::{DensePosterior, Matrix, Observation};
@@ -16,9 +17,12 @@ pub struct BorderedRow {
     pub bias: f32,
 }
 
-/// A prior with a bias of these precisions; the coupling stands between the bias and every weight.
-pub fn bordered_prior(precision: f32, bias_precision: f32, coupling: f32) -> Prior {
-    Prior { precision, bias: Some(BiasPrior { precision: bias_precision, coupling }) }
+/// A learner with a bias, whose prior has these precisions; the coupling stands between the bias and every weight.
+pub fn bordered<const M: usize, const B: usize>(precision: f32, bias_precision: f32, coupling: f32) -> Learner<M, B> {
+    Learner::new(|prior| {
+        prior.reset_white(precision);
+        prior.couple_bias(&BiasPrior { precision: bias_precision, coupling });
+    })
 }
 
 /// The same prior, dense, with the bias as the last weight: with `w′ = w + c·b` the form `λ Σ wᵢ² + λ_b b²` has `λ` on the

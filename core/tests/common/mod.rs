@@ -13,14 +13,14 @@ pub use banded::{BandedRow, lattice_pattern, push_all};
 use bhm_core::{
     beam::{BeamLimits, BeamRule, BeamTally, Observation, RayEnd},
     em::{self, UpdateReport},
-    posterior::{NotPositiveDefinite, Pattern, Posterior, Prior, Scratch},
+    posterior::{NotPositiveDefinite, Pattern, Posterior, Scratch},
     rule::AnyRule,
     scan::Scan,
     settings::Settings,
 };
 use bhm_oracle::Observation as DenseObservation;
 use bhm_oracle::{DensePosterior, Matrix, Safeguard};
-pub use bordered::{BorderedRow, bordered_observations, bordered_prior, dense_bordered_prior};
+pub use bordered::{BorderedRow, bordered, bordered_observations, dense_bordered_prior};
 pub use inverse::Inverse;
 pub use spline::spline_row;
 pub use stream::Stream;
@@ -83,7 +83,7 @@ pub fn posterior_bits<const M: usize, const B: usize>(posterior: &Posterior<M, B
 
 /// A posterior and everything needed to update it.
 pub struct Learner<const M: usize, const B: usize> {
-    pub prior: Prior,
+    pub prior: Box<Posterior<M, B>>,
     /// Of its rows.
     pub pattern: Pattern,
     pub posterior: Box<Posterior<M, B>>,
@@ -92,7 +92,7 @@ pub struct Learner<const M: usize, const B: usize> {
 
 impl<const M: usize, const B: usize> Clone for Learner<M, B> {
     fn clone(&self) -> Self {
-        let mut copy = Self { pattern: self.pattern, ..Self::new(self.prior) };
+        let mut copy = Self { pattern: self.pattern, ..Self::new(|prior| prior.copy_from(&self.prior)) };
         copy.posterior.copy_from(&self.posterior);
         copy
     }
@@ -114,18 +114,20 @@ impl std::fmt::Debug for SparseRow {
 }
 
 impl<const M: usize, const B: usize> Learner<M, B> {
-    pub fn new(prior: Prior) -> Self {
+    /// With the prior that is written over all zeros.
+    pub fn new(write: impl FnOnce(&mut Posterior<M, B>)) -> Self {
         // SAFETY: both are documented to be plain numbers for which all-zero bytes are a value.
-        let (mut posterior, scratch) = unsafe {
-            (Box::<Posterior<M, B>>::new_zeroed().assume_init(), Box::<Scratch<M, B>>::new_zeroed().assume_init())
-        };
-        posterior.reset(&prior);
+        let posterior = || unsafe { Box::<Posterior<M, B>>::new_zeroed().assume_init() };
+        let scratch = unsafe { Box::<Scratch<M, B>>::new_zeroed().assume_init() };
+        let (mut prior, mut posterior) = (posterior(), posterior());
+        write(&mut prior);
+        posterior.copy_from(&prior);
         Self { prior, pattern: Pattern::contiguous(B.min(M)), posterior, scratch }
     }
 
     /// With a prior of this precision and no bias.
     pub fn flat(precision: f32) -> Self {
-        Self::new(Prior { precision, bias: None })
+        Self::new(|prior| prior.reset_white(precision))
     }
 
     /// A learner of points on a lattice, whose rows are lines of a stencil: the core adds them up line by line.

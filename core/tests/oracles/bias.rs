@@ -7,16 +7,17 @@ use bhm_core::{
     geometry::Point,
     kernel::{KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
     map::Map,
+    prior::{PriorSettings, WhitePrior},
     profile::{COMPACT, Capacities, Profile},
     rule::AnyRule,
-    settings::{BiasSettings, PriorSettings, Settings, TileSettings, WhitePrior},
+    settings::{BiasSettings, Settings, TileSettings},
 };
 use bhm_oracle::{Rule, TileBlend, XiStart, quadratic};
 
 use crate::{
     common::{
-        BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered_observations, bordered_prior,
-        dense_bordered_prior, labelled,
+        BorderedRow, Learner, SAFEGUARD, SparseRow, Stream, bordered, bordered_observations, dense_bordered_prior,
+        labelled,
     },
     map::TestMap,
 };
@@ -49,7 +50,7 @@ fn a_belief_with_a_bias_is_the_dense_belief_with_a_weight_more() {
             let mut stream = Stream::new(seed);
             let [precision, bias_precision, coupling] =
                 [(0.1, 3.0), (0.1, 3.0), (0.0, 0.7)].map(|(low, high)| stream.between(low, high) as f32);
-            let mut learner = Learner::<M, B>::new(bordered_prior(precision, bias_precision, coupling));
+            let mut learner = bordered::<M, B>(precision, bias_precision, coupling);
             let mut dense = dense_bordered_prior::<M>(precision, bias_precision, coupling);
             for scan in 0..4 {
                 // The prior first: what a map says where nothing was observed.

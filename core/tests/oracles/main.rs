@@ -9,6 +9,7 @@ mod counts;
 mod eviction;
 mod kept_pass;
 mod map;
+mod prior;
 mod queries;
 mod readings;
 mod rectangles;

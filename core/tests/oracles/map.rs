@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use bhm_core::{
     beam::Observation,
     mapper::{IntegrateReport, Link, Mapper, Memory, ObservationSlot, TouchedTile},
-    posterior::{RowState, Scratch},
+    posterior::{Posterior, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::{Scan, ScanRejected},
     storage::Storage::Lent,
@@ -39,6 +39,7 @@ impl<const M: usize, const B: usize> TestMap<M, B> {
         let memory = Memory {
             tiles: Lent(vec![Tile::VACANT; tiles].leak()),
             directory: Lent(vec![DirectoryEntry::VACANT; tiles].leak()),
+            prior: Lent(Box::leak(Box::new(Posterior::ZERO))),
             scratch: Lent(Box::leak(Box::new(Scratch::ZERO))),
             observations: Lent(vec![ObservationSlot::VACANT; observations].leak()),
             features: Lent(vec![0.0; observations * profile.settings.stencil_nodes()].leak()),

@@ -188,7 +188,8 @@ fn a_map_learns_no_wall_beyond_the_range_it_believes() {
         let bearing_rad = far.header.angle_min_rad + beam as f32 * far.header.angle_increment_rad;
         let at = |range_m| map.mapper().occupancy(&far.header.map_from_sensor.point_along(bearing_rad, range_m));
         let wall: Occupancy = at(9.0);
-        assert!(wall.mean == 0.0 && wall.probability == 0.5, "{wall:?}");
+        // More than two ranges of the prior away from what was learned.
+        assert!((wall.probability - 0.5).abs() < 1e-3, "{wall:?}");
         assert!(at(3.0).probability < 0.2, "{:?}", at(3.0));
         assert!(at(4.9).probability < 0.5, "free up to the limit: {:?}", at(4.9));
     }

@@ -3,8 +3,9 @@
 use bhm_core::{
     beam::{AnyBeamRule, BeamLimits, LineSegments, PointSamples},
     kernel::{KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
+    prior::{PriorSettings, WhitePrior},
     profile::COMPACT,
-    settings::{BiasSettings, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
+    settings::{BiasSettings, Settings, SettingsError, TileSettings},
     tile::TilingError,
 };
 
@@ -66,7 +67,7 @@ fn a_kernel_that_its_stencil_cuts_off_too_early_is_refused() {
         // A tile as much wider as the stencil is, so that nothing else is wrong.
         let tile = TileSettings { stencil, width: [8 + stencil; 2], ..GOOD.tile };
         let kernel = KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
-        let settings = Settings { kernel, tile, ..GOOD };
+        let settings = Settings { tile, ..GOOD.with_kernel(kernel) };
         let half = 0.5 * stencil as f64;
         let exact = (-half * half / f64::from(shape)).exp();
         match settings.model() {

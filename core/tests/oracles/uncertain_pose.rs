@@ -7,9 +7,9 @@ use bhm_core::{
     posterior::{Pattern, Row},
     profile::{COMPACT, Capacities, Profile},
     scan::{Scan, ScanHeader},
-    settings::{PriorSettings, Settings, TileSettings},
+    settings::{Settings, TileSettings},
 };
-use bhm_oracle::{Average, Bump, DensePosterior, Extent, Features, Kernel, Observation, Rule};
+use bhm_oracle::{Average, Bump, Extent, Features, Kernel, Observation, Rule};
 
 use crate::{
     common::{SAFEGUARD, Stream, points_of},
@@ -28,14 +28,15 @@ fn profile() -> Profile {
     Profile {
         settings: Settings {
             origin_m: [-half_m; 2],
-            kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.6 }),
             tile: TileSettings {
                 stencil: STENCIL,
                 width: [WIDTH; 2],
                 stride: [WIDTH - STENCIL; 2],
                 count: Some([1, 1]),
             },
-            ..COMPACT.settings
+            ..COMPACT
+                .settings
+                .with_kernel(KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: 0.6 }))
         },
         capacities: Capacities { tiles: 1, ..COMPACT.capacities },
         ..COMPACT
@@ -120,8 +121,7 @@ fn agrees(covariance: PoseCovariance, what: &str) -> u32 {
     let profile = profile();
     let features = features();
     let mut map = TestMap::<144, 92>::new(&profile);
-    let PriorSettings::White(prior) = profile.settings.prior;
-    let mut dense = DensePosterior::prior(&[f64::from(prior.precision); WIDTH * WIDTH]);
+    let mut dense = bhm_oracle::prior::of(&profile.settings);
     let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: SAFEGUARD };
     let mut stream = Stream::new(61);
     let (mut rows, mut all_narrowed) = (0, 0);

@@ -53,7 +53,7 @@ pub use any_posterior::{AnyPosterior, AnyPosteriorSubscriber, open_posterior_any
 pub use domain::{Domain, Participant};
 pub use error::{IpcError, Received};
 pub use paced_source::{PacedSource, Sent};
-pub use posterior_message::{PosteriorHeader, PosteriorTile};
+pub use posterior_message::{PosteriorHeader, PosteriorModel, PosteriorTile};
 pub use posterior_rejected::PosteriorRejected;
 pub use posterior_sample::PosteriorSample;
 pub use posterior_service::{DEFAULT_CONSUMERS, PosteriorNews, PosteriorPublisher, PosteriorSubscriber};

@@ -1,13 +1,18 @@
+use std::sync::Arc;
+
 use bhm_core::{
     geometry::Pose,
-    posterior::{Band, PosteriorView},
+    posterior::{Band, Posterior, PosteriorView},
     settings::{ENCODED_BYTES, Model, Settings, SettingsError},
-    tile::TileIndex,
+    tile::{MapView, TileIndex, TileSource},
 };
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, wire::PlainNumbers};
-use crate::supports::{LearnedSupports, table_of};
+use crate::{
+    map::zeroed_box,
+    supports::{LearnedSupports, table_of},
+};
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
@@ -87,7 +92,31 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for PosteriorTile<M, B>
 
 /// The model of the posterior before, and what it follows from: nearly always it is the next one's too, and to build one
 /// looks at every support.
-pub(super) type KnownModel = Option<(Settings, u32, Model<'static, 2>)>;
+pub(super) type KnownModel<const M: usize, const B: usize> = Option<(Settings, u32, PosteriorModel<M, B>)>;
+
+/// What a posterior's tiles are asked by: the functions that it was made with, and its prior.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PosteriorModel<const M: usize, const B: usize> {
+    /// The functions that follow from the settings.
+    pub model: Model<'static, 2>,
+    /// What is believed of a tile where nothing was observed, shared by every posterior of the same settings.
+    pub prior: Arc<Posterior<M, B>>,
+}
+
+impl<const M: usize, const B: usize> PosteriorModel<M, B> {
+    fn of(model: Model<'static, 2>) -> Result<Self, SettingsError> {
+        model.tiling.check(M, B)?;
+        let mut prior = zeroed_box();
+        model.prior.write::<M, B>(&mut prior, &mut zeroed_box())?;
+        Ok(Self { model, prior: prior.into() })
+    }
+
+    /// The map that these tiles are.
+    #[must_use]
+    pub fn view<T: TileSource<2, M, B>>(&self, tiles: T) -> MapView<'_, T, 2, M, B> {
+        self.model.view(&self.prior, tiles)
+    }
+}
 
 impl Default for PosteriorHeader {
     fn default() -> Self {
@@ -170,7 +199,7 @@ impl PosteriorHeader {
         };
     }
 
-    /// The functions that the posterior was made with, if header and tiles can be used and `supports` are those that the
+    /// What the posterior's tiles are asked by, if header and tiles can be used and `supports` are those that the
     /// header names.
     ///
     /// What is inside a tile is not looked at: numbers that are not finite give answers that are not, and nothing worse.
@@ -181,7 +210,7 @@ impl PosteriorHeader {
         &self,
         tiles: &[PosteriorTile<M, B>],
         supports: Option<&LearnedSupports>,
-    ) -> Result<Model<'static, 2>, PosteriorRejected> {
+    ) -> Result<PosteriorModel<M, B>, PosteriorRejected> {
         self.check_knowing(tiles, supports, &mut None)
     }
 
@@ -190,8 +219,8 @@ impl PosteriorHeader {
         &self,
         tiles: &[PosteriorTile<M, B>],
         supports: Option<&LearnedSupports>,
-        known: &mut KnownModel,
-    ) -> Result<Model<'static, 2>, PosteriorRejected> {
+        known: &mut KnownModel<M, B>,
+    ) -> Result<PosteriorModel<M, B>, PosteriorRejected> {
         if self.magic != Self::MAGIC {
             return Err(PosteriorRejected::Magic { found: self.magic });
         }
@@ -229,8 +258,7 @@ impl PosteriorHeader {
             (digest, _) => return Err(PosteriorRejected::SupportsMissing { digest }),
         };
         supports.map_or(Ok(()), |supports| supports.matches(&settings)).map_err(SupportsRejected::from)?;
-        let model = settings.model_with(table_of(supports))?;
-        model.tiling.check(M, B).map_err(SettingsError::from)?;
+        let model = PosteriorModel::of(settings.model_with(table_of(supports))?)?;
         *known = Some((settings, self.supports_digest, model.clone()));
         Ok(model)
     }

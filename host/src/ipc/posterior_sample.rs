@@ -1,12 +1,15 @@
 use bhm_core::{
-    map::{Map, ModelledMap, TileRef, Viewed},
+    geometry::Point,
+    map::{Map, ModelledMap, Occupancy, TileRef, Viewed},
     posterior::PosteriorView,
     settings::Model,
     tile::{MapView, TileIndex, TileSource},
 };
 use iceoryx2::sample::Sample;
 
-use super::{PosteriorHeader, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, topic::Ipc};
+use super::{
+    PosteriorHeader, PosteriorModel, PosteriorRejected, PosteriorTile, posterior_message::KnownModel, topic::Ipc,
+};
 use crate::{map::Vectorised, supports::LearnedSupports};
 
 /// A posterior that cannot be used, perhaps only not yet.
@@ -22,14 +25,14 @@ pub(super) struct Refused<const M: usize, const B: usize> {
 #[derive(Debug)]
 pub struct PosteriorSample<const M: usize, const B: usize> {
     sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
-    model: Model<'static, 2>,
+    model: PosteriorModel<M, B>,
 }
 
 impl<const M: usize, const B: usize> PosteriorSample<M, B> {
     pub(super) fn check(
         sample: Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>,
         supports: Option<&LearnedSupports>,
-        known: &mut KnownModel,
+        known: &mut KnownModel<M, B>,
     ) -> Result<Self, Refused<M, B>> {
         match sample.user_header().check_knowing(sample.payload(), supports, known) {
             Ok(model) => Ok(Self { sample, model }),
@@ -72,7 +75,11 @@ impl<const M: usize, const B: usize> TileSource<2, M, B> for PosteriorSample<M, 
 
 impl<const M: usize, const B: usize> ModelledMap<2> for PosteriorSample<M, B> {
     fn model(&self) -> &Model<'_, 2> {
-        &self.model
+        &self.model.model
+    }
+
+    fn unobserved_at(&self, point_m: &Point<2>) -> Occupancy {
+        self.view().unobserved_at(point_m)
     }
 }
 

@@ -140,7 +140,7 @@ pub struct PosteriorSubscriber<const M: usize, const B: usize> {
     waiting: Option<Sample<Ipc, [PosteriorTile<M, B>], PosteriorHeader>>,
     reader: Reader<PosteriorHeader, [PosteriorTile<M, B>]>,
     supports: SupportsReader,
-    known_model: KnownModel,
+    known_model: KnownModel<M, B>,
     sleeper: Sleeper,
 }
 

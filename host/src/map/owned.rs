@@ -1,8 +1,9 @@
 use bhm_core::{
     beam::Observation,
-    map::{Map, ModelledMap, TileRef, Viewed},
+    geometry::Point,
+    map::{Map, ModelledMap, Occupancy, TileRef, Viewed},
     mapper::{IntegrateReport, Link, Mapper, Memory, ObservationSlot, TouchedTile},
-    posterior::{PosteriorView, RowState, Scratch},
+    posterior::{Posterior, PosteriorView, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::{Scan, ScanRejected},
     settings::{Model, SettingsError},
@@ -30,6 +31,7 @@ pub fn memory_for<const M: usize, const B: usize>(
     Memory {
         tiles: zeroed_slice::<Tile<2, M, B>>(tiles).into(),
         directory: boxed(DirectoryEntry::VACANT, tiles).into(),
+        prior: zeroed_box::<Posterior<M, B>>().into(),
         scratch: zeroed_box::<Scratch<M, B>>().into(),
         observations: boxed(ObservationSlot::VACANT, observations).into(),
         features: boxed(0.0, observations * profile.settings.stencil_nodes()).into(),
@@ -46,9 +48,10 @@ fn boxed<T: Clone>(value: T, len: usize) -> Box<[T]> {
 
 /// Bytes of a mapper's memory.
 fn bytes_of<const M: usize, const B: usize>(memory: &Memory<'_, 2, M, B>) -> usize {
-    let Memory { tiles, directory, scratch, observations, features, links, touched, rows, supports: _ } = memory;
+    let Memory { tiles, directory, prior, scratch, observations, features, links, touched, rows, supports: _ } = memory;
     size_of_val(&**tiles)
         + size_of_val(&**directory)
+        + size_of_val(&**prior)
         + size_of_val(&**scratch)
         + size_of_val(&**observations)
         + size_of_val(&**features)
@@ -151,7 +154,8 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// Every tile, resident or archived, as one map.
     #[must_use]
     pub fn view(&self) -> MapView<'_, Everywhere<'_, M, B>, 2, M, B> {
-        self.mapper.model().view(Everywhere { store: self.mapper.tiles(), archive: &self.archive })
+        let Self { mapper, archive, .. } = self;
+        mapper.model().view(mapper.prior(), Everywhere { store: mapper.tiles(), archive })
     }
 
     /// Learns a scan; see [`Mapper::integrate`].
@@ -191,6 +195,10 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
 impl<const M: usize, const B: usize> ModelledMap<2> for OwnedMapper<M, B> {
     fn model(&self) -> &Model<'_, 2> {
         self.mapper.model()
+    }
+
+    fn unobserved_at(&self, point_m: &Point<2>) -> Occupancy {
+        self.view().unobserved_at(point_m)
     }
 }
 

@@ -3,11 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::matrix::{Matrix, quadratic};
-use super::{Features, Kernel, Prediction};
-use bhm_core::{
-    kernel::KernelSettings,
-    settings::{PriorSettings, Settings},
-};
+use super::{DensePosterior, Features, Kernel, Prediction};
+use bhm_core::{kernel::KernelSettings, settings::Settings};
 
 /// Overlapping tiles and how a point's answer is blended from them.
 ///
@@ -29,10 +26,8 @@ pub struct TileBlend {
     pub width: [usize; 2],
     /// Supports from one tile to the next.
     pub stride: [usize; 2],
-    /// Prior precision of each weight.
-    pub prior_precision: f64,
-    /// Prior precision of the bias.
-    pub bias_precision: f64,
+    /// What is believed of a tile before any scan, in plain coordinates.
+    pub prior: DensePosterior,
     /// With a bias: the `c` of tiles that store `w + c·b` instead of the weights `w`, so that `f = Σ(w + c·b)φ + b(1 − cΣφ)`.
     pub bias_coupling: Option<f64>,
     tiles: BTreeMap<[i32; 2], (Vec<f64>, Matrix)>,
@@ -44,7 +39,6 @@ impl TileBlend {
     pub fn of(settings: &Settings, bias_coupling: Option<f64>) -> Self {
         let spacing_m = f64::from(settings.spacing_m);
         let shape_m2 = |shape: f32| f64::from(shape) * spacing_m * spacing_m;
-        let PriorSettings::White(prior) = settings.prior;
         Self {
             origin_m: settings.origin_m.map(f64::from),
             spacing_m,
@@ -58,8 +52,7 @@ impl TileBlend {
             },
             width: settings.tile.width,
             stride: settings.tile.stride,
-            prior_precision: f64::from(prior.precision),
-            bias_precision: f64::from(settings.bias.map_or(1.0, |bias| bias.precision)),
+            prior: super::prior::of(settings),
             bias_coupling,
             tiles: BTreeMap::new(),
         }
@@ -140,9 +133,9 @@ impl TileBlend {
                         variance += weight * quadratic(covariance, &phi);
                     }
                     None => {
-                        let constant = f64::from(u8::from(self.bias_coupling.is_some()));
-                        let squares = phi.iter().map(|p| p * p).sum::<f64>();
-                        variance += weight * (squares / self.prior_precision + constant / self.bias_precision);
+                        let mut phi = phi;
+                        phi.extend((self.prior.mean.len() > phi.len()).then_some(1.0));
+                        variance += weight * self.prior.predict(&phi).variance;
                     }
                 }
             }

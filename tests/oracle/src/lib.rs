@@ -4,7 +4,7 @@
 //! rows, no rearranged sums, no re-parametrised bias. What the core computes is compared with what this computes.
 //!
 //! ```
-//! use bhm_oracle::{DenseMap, Features, Kernel, Rule, Safeguard};
+//! use bhm_oracle::{DenseMap, DensePosterior, Features, Kernel, Rule, Safeguard};
 //!
 //! let features = Features {
 //!     origin_m: [0.0, 0.0],
@@ -14,7 +14,7 @@
 //!     kernel: Kernel::CubicBSpline { spacing_m: 0.5 },
 //!     bias: false,
 //! };
-//! let mut map = DenseMap::new(features, 1e-4);
+//! let mut map = DenseMap::new(features, DensePosterior::prior(&[1e-4; 64]));
 //! let rule = Rule::GaussianVariational { xi_cap: 4.0, safeguard: Safeguard::NONE };
 //! map.learn(&[([1.6, 1.7], true)], &rule, 3).unwrap();
 //! assert!(map.predict(&[1.6, 1.7]).unwrap().probability > 0.6);
@@ -28,6 +28,7 @@ mod logistic;
 mod map;
 mod matrix;
 mod posterior;
+pub mod prior;
 mod quadrature;
 mod recorded;
 

@@ -14,11 +14,10 @@ pub struct DenseMap<const D: usize> {
 }
 
 impl<const D: usize> DenseMap<D> {
-    /// A map that has seen nothing: every weight, and the bias, with the same prior precision.
+    /// A map that has seen nothing: as many weights as features, the bias last.
     #[must_use]
-    pub fn new(features: Features<D>, prior_precision: f64) -> Self {
-        let precisions = std::vec![prior_precision; features.len()];
-        Self { features, whole_stencil: features.stencil, posterior: DensePosterior::prior(&precisions) }
+    pub fn new(features: Features<D>, prior: DensePosterior) -> Self {
+        Self { features, whole_stencil: features.stencil, posterior: prior }
     }
 
     /// Learns the labelled points of one scan, those whose whole stencil lies inside; the others are left out.

@@ -9,22 +9,15 @@ use bhm_core::{
 use crate::picture::Bounds;
 
 /// The standard deviation of the log-odds at which knowledge ends: two of it are the whole way from "surely free" to "surely
-/// occupied". Observed places have 1 to 5, unobserved ones, from the usual wide prior, a hundred.
+/// occupied". Observed places have 1 to 5, unobserved ones thirty or more.
 pub const KNOWN_DEVIATION: f32 = 8.0;
-
-/// The variance of the log-odds at a point where nothing was ever observed; `None` where the map cannot reach.
-fn prior_variance(map: &dyn ModelledMap<2>, point_m: &Point<2>) -> Option<f32> {
-    let model = map.model();
-    let features = model.basis.features(point_m)?;
-    Some(model.prior.variance(&features.values, features.bias))
-}
 
 /// Whether the map learned something about the point of which it says this: the standard deviation is below
 /// [`KNOWN_DEVIATION`] and, lest a narrow prior passes for knowledge, the variance below half the prior's.
 #[must_use]
 pub fn is_known(map: &dyn ModelledMap<2>, point_m: &Point<2>, occupancy: &Occupancy) -> bool {
-    prior_variance(map, point_m)
-        .is_some_and(|prior| occupancy.variance < (prior / 2.0).min(KNOWN_DEVIATION * KNOWN_DEVIATION))
+    occupancy.variance < KNOWN_DEVIATION * KNOWN_DEVIATION
+        && occupancy.variance < map.unobserved_at(point_m).variance / 2.0
 }
 
 /// The box around everything that the map knows, looked at once per cell of the lattice; `None` if it knows nothing.

@@ -4,9 +4,10 @@
 use bhm_core::{
     beam::AnyBeamRule,
     kernel::KernelSettings,
+    prior::PriorSettings,
     profile::Capacities,
     rule::AnyRule,
-    settings::{BiasSettings, PriorSettings, Settings},
+    settings::{BiasSettings, Settings},
     support::SupportSettings,
 };
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,9 @@
 //! A setting is defined, checked, encoded and documented by the core alone; here stands only what a command line calls it. A
 //! setting without a flag is set by a configuration file.
 
-use bhm_core::{beam::AnyBeamRule, kernel::KernelSettings, profile, rule::AnyRule, support::SupportSettings};
+use bhm_core::{
+    beam::AnyBeamRule, kernel::KernelSettings, prior::PriorSettings, profile, rule::AnyRule, support::SupportSettings,
+};
 
 /// A map option.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +52,10 @@ fn kernels() -> Vec<&'static str> {
 
 fn supports() -> Vec<&'static str> {
     SupportSettings::ALL.iter().map(SupportSettings::name).collect()
+}
+
+fn priors() -> Vec<&'static str> {
+    PriorSettings::ALL.iter().map(PriorSettings::name).collect()
 }
 
 fn beam_rules() -> Vec<&'static str> {
@@ -112,8 +118,15 @@ map_options! {
         "How observations are weighed";
     "passes" "BHM_PASSES" ["settings", "passes"] Count, "N",
         "Passes over each scan: more gain accuracy and take time";
+    "prior" "BHM_PRIOR" ["settings", "prior"] Choice(priors), "NAME",
+        "What is believed before any scan: a matern field, in which neighbouring places are alike (of the cubic-b-spline alone), \
+         or independent (white) weights";
+    "prior-deviation" "BHM_PRIOR_DEVIATION" ["settings", "prior", VARIANT, "deviation"] Number, "X",
+        "Standard deviation of the log-odds before any scan; smaller makes the map cautious. Of the matern prior";
+    "prior-range" "BHM_PRIOR_RANGE" ["settings", "prior", VARIANT, "range_m"] Number, "M",
+        "Distance over which places are believed to be alike, metres. Of the matern prior";
     "prior-precision" "BHM_PRIOR_PRECISION" ["settings", "prior", VARIANT, "precision"] Number, "X",
-        "Precision of each weight before any scan; smaller lets a single beam decide more";
+        "Precision of each weight before any scan; smaller lets a single beam decide more. Of the white prior";
     "bias" "BHM_BIAS" ["settings", "bias"] Switch, "ON|OFF",
         "Whether the map has a bias, one weight common to all places: on or off";
     "forgetting" "BHM_FORGETTING" ["settings", "forgetting"] Number, "X",

@@ -2,8 +2,9 @@ use bhm_core::{
     geometry::PoseCovariance,
     kernel::{KernelSettings, SquaredExponentialSettings},
     posterior::PosteriorView,
+    prior::{PriorSettings, WhitePrior},
     scan::{MAX_BEAMS, Scan, ScanHeader, ScanRejected},
-    settings::{ENCODED_BYTES, Model, PriorSettings, Settings, SettingsError, TileSettings, WhitePrior},
+    settings::{ENCODED_BYTES, Model, Settings, SettingsError, TileSettings},
     shape::{self, ShapeVisitor},
 };
 use iceoryx2::prelude::ZeroCopySend;

@@ -4,7 +4,8 @@ use bhm_core::{
     em,
     geometry::{Place, Point},
     map::Occupancy,
-    posterior::{Pattern, Posterior, Prior, Row, RowState, Rows, Scratch},
+    posterior::{Pattern, Posterior, Row, RowState, Rows, Scratch},
+    prior::{PriorSettings, WhitePrior},
     scan::Sweep,
     settings::{Model, Settings},
 };
@@ -49,7 +50,9 @@ impl<const M: usize> DenseMap<M> {
         let model = settings.model()?;
         anyhow::ensure!((1..=M).contains(&supports.len()), "{} supports, expected 1 to {M}", supports.len());
         let (mut posterior, scratch) = (zeroed_box::<Posterior<M, M>>(), zeroed_box());
-        posterior.reset(&Prior { bias: None, ..model.prior });
+        // Supports that may stand anywhere have no lattice for another prior.
+        let white = if let PriorSettings::White(prior) = settings.prior { prior } else { WhitePrior::DEFAULT };
+        posterior.reset_white(white.precision);
         Ok(Self { settings, model, supports, posterior, scratch, features: Vec::new(), states: Vec::new() })
     }
 
