@@ -118,7 +118,7 @@ fn scan(sequence: u64) -> Scan<'static> {
 pub(crate) mod lent {
     use bhm_core::{
         mapper::{Link, Mapper, Memory, ObservationSlot, TouchedTile},
-        posterior::{RowState, Scratch},
+        posterior::{Posterior, RowState, Scratch},
         profile,
         storage::Storage::Lent,
         support::SupportTable,
@@ -135,6 +135,7 @@ pub(crate) mod lent {
         let memory = Memory {
             tiles: Lent(vec![Tile::VACANT; slots].leak()),
             directory: Lent(vec![DirectoryEntry::VACANT; slots].leak()),
+            prior: Lent(Box::leak(Box::new(Posterior::ZERO))),
             scratch: Lent(Box::leak(Box::new(Scratch::ZERO))),
             observations: Lent(vec![ObservationSlot::VACANT; 256].leak()),
             features: Lent(vec![0.0; 256 * 16].leak()),

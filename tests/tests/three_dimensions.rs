@@ -10,7 +10,7 @@ use bhm_core::{
     rule::AnyRule,
     support::{AnySupport, SupportTable, Supports},
 };
-use bhm_oracle::{DenseMap, Features, Kernel, Prediction, Rule, XiStart};
+use bhm_oracle::{DenseMap, DensePosterior, Features, Kernel, Prediction, Rule, XiStart};
 use common::{Differences, Learner, SAFEGUARD, SparseRow, Stream};
 
 const WIDTH: usize = 5;

@@ -110,30 +110,23 @@ fn beta_slope(t: f32) -> f32 {
     }
 }
 
-/// `β″(t)/β(0)`.
-fn beta_curvature(t: f32) -> f32 {
-    let a = t.abs();
-    if a < 1.0 {
-        4.5 * a - 3.0
-    } else if a < 2.0 {
-        1.5 * (2.0 - a)
-    } else {
-        0.0
-    }
-}
+/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` over one cell, of the splines at the node before it, the two at its ends and the one behind it, for k = 0, 1
+/// and 2: whole numbers, and what all of them are divided by.
+const CELL_GRAMS: [([[i32; 4]; 4], i32); 3] = [
+    ([[20, 129, 60, 1], [129, 1188, 933, 60], [60, 933, 1188, 129], [1, 60, 129, 20]], 2240),
+    ([[18, 21, -36, -3], [21, 102, -87, -36], [-36, -87, 102, 21], [-3, -36, 21, 18]], 160),
+    ([[6, -9, 0, 3], [-9, 18, -9, 0], [0, -9, 18, -9], [3, 0, -9, 6]], 8),
+];
 
 /// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` of the splines at two of `count` nodes in a row, for k = 0, 1 and 2, over the cells that are in reach of four
 /// nodes; in spacings.
 pub(crate) fn spline_gram(one: usize, other: usize, count: usize) -> [f32; 3] {
-    let mut sums = [0.0; 3];
     // Cell `c` lies between the nodes `c + 1` and `c + 2`, in reach of `c` to `c + 3`.
-    for cell in one.max(other).saturating_sub(3)..=one.min(other).min(count.saturating_sub(4)) {
-        let from = |node: usize, x: f32| cell as f32 + 1.5 + x - node as f32;
-        for (sum, derivative) in sums.iter_mut().zip([beta, beta_slope, beta_curvature]) {
-            *sum += mean(LEGENDRE_5, |x| derivative(from(one, x)) * derivative(from(other, x)));
-        }
-    }
-    sums
+    let cells = one.max(other).saturating_sub(3)..=one.min(other).min(count.saturating_sub(4));
+    CELL_GRAMS.map(|(gram, divisor)| {
+        let sum: i32 = cells.clone().map(|cell| gram[one - cell][other - cell]).sum();
+        sum as f32 / divisor as f32
+    })
 }
 
 /// Widest blur, in spacings along an axis, whose quadrature can be trusted; a wider one counts as wholly cut off.

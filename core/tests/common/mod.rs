@@ -118,6 +118,7 @@ impl<const M: usize, const B: usize> Learner<M, B> {
     pub fn new(write: impl FnOnce(&mut Posterior<M, B>)) -> Self {
         // SAFETY: both are documented to be plain numbers for which all-zero bytes are a value.
         let posterior = || unsafe { Box::<Posterior<M, B>>::new_zeroed().assume_init() };
+        // SAFETY: as above.
         let scratch = unsafe { Box::<Scratch<M, B>>::new_zeroed().assume_init() };
         let (mut prior, mut posterior) = (posterior(), posterior());
         write(&mut prior);

@@ -224,7 +224,7 @@ impl ShapeVisitor for Check {
     type Output = Result<Model<'static, 2>, PosteriorRejected>;
 
     fn visit<const M: usize, const B: usize>(self) -> Self::Output {
-        self.0.check::<M, B>(&[], None)
+        self.0.check::<M, B>(&[], None).map(|checked| checked.model)
     }
 }
 

@@ -68,10 +68,10 @@ fn a_posterior_is_used_with_its_own_supports_only() {
     assert_eq!(header.check(&tiles, None), Err(missing));
     assert_eq!(header.check(&tiles, Some(&test_supports::over_a_building(0.5))), Err(missing));
     let model = header.check(&tiles, Some(&learned)).expect("its supports");
-    assert_eq!(&model.basis.supports.table, learned.table());
+    assert_eq!(&model.model.basis.supports.table, learned.table());
     // Supports that are there and not meant have no say.
     header.supports_digest = 0;
-    assert!(header.check(&tiles, Some(&learned)).expect("no supports").basis.supports.table.is_empty());
+    assert!(header.check(&tiles, Some(&learned)).expect("no supports").model.basis.supports.table.is_empty());
     header.supports_digest = learned.digest();
     change_settings(&mut header, |settings| settings.spacing_m = 0.25);
     let elsewhere = SupportsError::Spacing { learned_m: 0.5, map_m: 0.25 };
