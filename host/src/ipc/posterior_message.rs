@@ -6,7 +6,7 @@ use bhm_core::{
 };
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, wire::PlainNumbers};
+use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, layout::Layout, wire::PlainNumbers};
 use crate::supports::{LearnedSupports, table_of};
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
@@ -102,6 +102,8 @@ impl PosteriorHeader {
     pub const VERSION: u32 = 3;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
+    const LAYOUT: Layout =
+        Layout { what: "posterior message", magic: Self::MAGIC, version: Self::VERSION, flags: Self::ENDED };
 
     /// A header of which nothing is known yet.
     pub(super) const EMPTY: Self = Self {
@@ -192,15 +194,7 @@ impl PosteriorHeader {
         supports: Option<&LearnedSupports>,
         known: &mut KnownModel,
     ) -> Result<Model<'static, 2>, PosteriorRejected> {
-        if self.magic != Self::MAGIC {
-            return Err(PosteriorRejected::Magic { found: self.magic });
-        }
-        if self.version != Self::VERSION {
-            return Err(PosteriorRejected::Version { found: self.version });
-        }
-        if self.flags & !Self::ENDED != 0 {
-            return Err(PosteriorRejected::Flags { found: self.flags });
-        }
+        Self::LAYOUT.check(self.magic, self.version, self.flags)?;
         if self.mapper == 0 || self.sequence == 0 {
             return Err(PosteriorRejected::Unnumbered);
         }

@@ -13,7 +13,7 @@ use pulp::Arch;
 
 use super::{
     TileArchive, UnknownShape,
-    vectorised::{self, Vectorised},
+    vectorised::{Integrate, Learned, Vectorised},
     zeroed::{zeroed_box, zeroed_slice},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -160,7 +160,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If the scan as a whole is not usable.
     pub fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        Arch::new().dispatch(vectorised::Integrate { mapper, archive, scan })
+        Arch::new().dispatch(Integrate { mapper, archive, learned: Learned::Scan(scan) })
     }
 
     /// Learns labelled observations; see [`Mapper::integrate_observations`].
@@ -169,7 +169,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If there are more than the memory holds.
     pub fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        Arch::new().dispatch(vectorised::IntegrateObservations { mapper, archive, observations })
+        Arch::new().dispatch(Integrate { mapper, archive, learned: Learned::Observations(observations) })
     }
 
     /// Continues a saved map: counters, and every tile, those that do not fit the store going to the archive.
