@@ -1,7 +1,11 @@
 use bhm_host::sim::{PoseNoise, Scene, Simulation};
-use clap::{Args, builder::PossibleValuesParser};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 
 use crate::{
+    options::number,
     output::Output,
     processes::{DomainOptions, Sending},
 };
@@ -27,10 +31,10 @@ pub(crate) struct Simulated {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Standard deviation of the position that the robot reports, along each axis, metres
-    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = deviation)]
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = deviation())]
     position_noise: f64,
     /// Standard deviation of the heading that the robot reports, radians
-    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = deviation)]
+    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = deviation())]
     heading_noise: f64,
 }
 
@@ -76,7 +80,6 @@ impl Simulate {
     }
 }
 
-fn deviation(text: &str) -> Result<f64, String> {
-    let deviation = text.parse::<f64>().ok().filter(|deviation| *deviation >= 0.0 && deviation.is_finite());
-    deviation.ok_or_else(|| "expected a standard deviation of at least 0".to_owned())
+fn deviation() -> impl TypedValueParser<Value = f64> {
+    number(|deviation| *deviation >= 0.0 && deviation.is_finite(), "a standard deviation of at least 0")
 }

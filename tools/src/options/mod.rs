@@ -23,7 +23,7 @@ use toml::{Table, Value};
 use tracing::warn;
 
 pub(crate) use self::{
-    choice::held,
+    choice::{fraction, held, number, seconds},
     effective::{Effective, SupportsFile},
     map_option::MapOption,
     poses::PoseDeviations,

@@ -17,7 +17,7 @@ use crate::{
     metrics::Scores,
     progress,
     scattered::{Cluster, ClusterOptions, Clusters, ScatteredSupport, learn_clusters, open_scattered},
-    text::{Report, columns},
+    text::{Report, columns, headed},
 };
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
@@ -195,8 +195,7 @@ impl Report for Compared {
     fn text(&self) -> String {
         let contestants = &self.0;
         let best = contestants.iter().map(|one| one.scores.nll).fold(f64::INFINITY, f64::min);
-        let head = ["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
+        let mut rows = headed(["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""]);
         rows.extend(contestants.iter().map(|Contestant { name, supports, kernel_shape_m2, scores, rows }| {
             let [auc, nll, ece] = scores.cells();
             vec![

@@ -3,7 +3,10 @@
 use bhm_plot::chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series};
 
 use super::{COARSE, FINE, SMALL_DENSE, page::Page};
-use crate::contest::{Checkpoint, Outcome};
+use crate::{
+    contest::{Checkpoint, Outcome},
+    text::headed,
+};
 
 /// Who is drawn: a figure tells eight apart.
 const DRAWN: [&str; 8] = [
@@ -143,8 +146,7 @@ pub(super) fn run_times(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result
         let of = |(index, part): (usize, &[f32])| sample((index * window + part.len()) as f64, middle(part).max(1e-4));
         outcome.update_ms.chunks(window).enumerate().map(of).collect()
     })?;
-    let mut rows =
-        vec![["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"].map(str::to_owned).to_vec()];
+    let mut rows = headed(["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"]);
     for (dataset, group) in datasets(outcomes, "points") {
         for outcome in group {
             let quarter = outcome.update_ms.len() / 4;
@@ -174,22 +176,18 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
          is not claimed. A value of one half says \"unknown\".\n",
     );
     let first = outcomes.iter().map(|outcome| outcome.seed).min();
-    let mut rows = vec![
-        [
-            "dataset",
-            "contestant",
-            "inside: 5 %",
-            "25 %",
-            "median",
-            "75 %",
-            "95 %",
-            "free ground: median",
-            "5 % to 95 %",
-            "NLL",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-    ];
+    let mut rows = headed([
+        "dataset",
+        "contestant",
+        "inside: 5 %",
+        "25 %",
+        "median",
+        "75 %",
+        "95 %",
+        "free ground: median",
+        "5 % to 95 %",
+        "NLL",
+    ]);
     for outcome in outcomes.iter().filter(|o| o.held == "beams" && Some(o.seed) == first) {
         let Some(unseen) = &outcome.unseen else { continue };
         let [low, .., high] = unseen.outside.at;

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     options::MapOption,
-    output::{bytes, columns, table},
+    output::{bytes, columns, headed, table},
 };
 
 /// The test part, asked of the start and of the winner, unless they are the same.
@@ -199,7 +199,7 @@ impl Tuned<'_> {
     }
 
     fn tests(&self) -> Vec<Vec<String>> {
-        let mut rows = vec![["", "NLL", "AUC", "ECE", "Brier", "ms/scan"].map(str::to_owned).to_vec()];
+        let mut rows = headed(["", "NLL", "AUC", "ECE", "Brier", "ms/scan"]);
         for (name, trial) in [("start", Some(&self.test.start)), ("best", self.test.best.as_ref())] {
             let Some(trial) = trial else { continue };
             let mut row = vec![name.to_owned()];

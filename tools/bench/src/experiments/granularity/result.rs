@@ -16,7 +16,7 @@ use super::{
 use crate::{
     evaluation::BeamSplit,
     metrics::Spread,
-    text::{Report, columns},
+    text::{Report, columns, headed},
 };
 
 /// One seed's run.
@@ -166,7 +166,7 @@ impl Compared {
 impl Report for Compared {
     /// Each row, and rectangles against points; then the files.
     fn text(&self) -> String {
-        let mut table = vec![["spacing m", "supports", "AUC", "NLL", "ECE", "stencil", ""].map(str::to_owned).to_vec()];
+        let mut table = headed(["spacing m", "supports", "AUC", "NLL", "ECE", "stencil", ""]);
         for row in &self.rows {
             let mut cells = vec![row.spacing_m.to_string(), row.supports.clone()];
             let (Some(auc), Some(nll), Some(ece), Some(run)) = (row.auc, row.nll, row.ece, row.runs.first()) else {
@@ -181,8 +181,7 @@ impl Report for Compared {
             cells.extend([run.trial.stencil.to_string(), best.to_owned()]);
             table.push(cells);
         }
-        let head = ["spacing m", "kernel widths", "AUC gain", "NLL gain", "rectangles against points"];
-        let mut gains = vec![head.map(str::to_owned).to_vec()];
+        let mut gains = headed(["spacing m", "kernel widths", "AUC gain", "NLL gain", "rectangles against points"]);
         gains.extend(self.gains.iter().map(|gain| {
             let verdict = match (gain.auc.mean > 0.0, gain.nll.mean > 0.0) {
                 (true, true) => "better in both",
