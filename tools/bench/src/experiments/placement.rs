@@ -5,13 +5,14 @@ use std::collections::BTreeSet;
 use anyhow::Context;
 use bhm_core::{
     geometry::Point,
-    kernel::{KernelSettings, SquaredExponentialSettings},
+    kernel::SquaredExponentialSettings,
     settings::Settings,
     support::{AnySupport, SupportTable},
 };
 use bhm_host::supports::observe;
 use serde::Serialize;
 
+use super::squared_exponential;
 use crate::{
     evaluation::BeamSplit,
     metrics::Scores,
@@ -59,8 +60,7 @@ impl Placement<'_> {
     /// If a contestant cannot learn all that it is shown.
     pub fn compare(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
-        let kernel = |shape| KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
-        let base = Settings { kernel: kernel(SquaredExponentialSettings::DEFAULT.shape), ..*base };
+        let base = Settings { kernel: squared_exponential(SquaredExponentialSettings::DEFAULT.shape), ..*base };
         let data = Data::of(split, &base)?;
         let counts = given.map_or_else(|| self.counts.to_vec(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
@@ -88,7 +88,7 @@ impl Placement<'_> {
             }
             for shape in self.shapes {
                 // The lattice of the settings is not the map's; its spacing gives the kernel's shape its unit.
-                let settings = Settings { spacing_m: pitch_m, kernel: kernel(*shape), ..base };
+                let settings = Settings { spacing_m: pitch_m, kernel: squared_exponential(*shape), ..base };
                 let settings = settings.fitted(&SupportTable::EMPTY);
                 let kernel_shape_m2 = shape * pitch_m * pitch_m;
                 for (name, supports) in &placements {
