@@ -11,8 +11,10 @@ use super::{
     Received,
 };
 use super::{
-    posterior_message::KnownModel, posterior_sample::Refused, supports_reader::SupportsReader,
-    supports_service::SupportsPublisher,
+    posterior_message::KnownModel,
+    posterior_sample::Refused,
+    supports_reader::SupportsReader,
+    supports_service::{SupportsWriter, offer},
 };
 use crate::supports::LearnedSupports;
 
@@ -46,7 +48,7 @@ pub struct PosteriorNews {
 pub struct PosteriorPublisher<const M: usize, const B: usize> {
     writer: Writer<PosteriorHeader, [PosteriorTile<M, B>]>,
     /// The supports of their own that nodes of the map have, and who hands them out.
-    supports: Option<(SupportsPublisher, LearnedSupports)>,
+    supports: Option<(SupportsWriter, LearnedSupports)>,
     waker: Waker,
     mapper: u64,
     sequence: u64,
@@ -79,7 +81,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
         let consumers = consumers.max(1);
         // First, so that a reader which finds the posterior finds the supports.
         let supports = match supports {
-            Some(supports) => Some((SupportsPublisher::open(participant, &supports, consumers)?, supports)),
+            Some(supports) => Some((offer(participant, &supports, consumers)?, supports)),
             None => None,
         };
         let writer = topic(consumers).writer(participant, slots.max(1))?;
