@@ -61,18 +61,10 @@ const EXPECTED: &str = "a CARMEN log with at least one usable FLASER or ROBOTLAS
 pub struct CarmenLog;
 
 impl CarmenLog {
-    /// Reads a log, plain or gzip.
-    ///
-    /// # Errors
-    /// When the file cannot be read or holds no usable scan; when an option makes no sense.
-    pub fn read(path: &Path, options: &ReadOptions) -> Result<ScanLog, DatasetError> {
-        Self::read_from(input::open(path)?, path, options)
-    }
-
     /// Reads a log, plain or gzip, from any source; `name` stands for it in messages.
     ///
     /// # Errors
-    /// As for [`read`](Self::read).
+    /// When the log cannot be read or holds no usable scan; when an option makes no sense.
     pub fn read_from(reader: impl BufRead, name: &Path, options: &ReadOptions) -> Result<ScanLog, DatasetError> {
         let mut reader = input::plain_or_gzip(reader).map_err(|source| DatasetError::unreadable(name, source))?;
         ScanFormat::read(&Self, &mut reader, name, options)

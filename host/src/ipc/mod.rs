@@ -55,7 +55,7 @@ pub use domain::{Domain, Participant};
 pub use error::{IpcError, Received};
 pub use layout::LayoutError;
 pub use paced_source::{PacedSource, Sent};
-pub use posterior_message::{PosteriorHeader, PosteriorTile};
+pub use posterior_message::{EncodedSettings, PosteriorHeader, PosteriorTile};
 pub use posterior_rejected::PosteriorRejected;
 pub use posterior_sample::PosteriorSample;
 pub use posterior_service::{DEFAULT_CONSUMERS, PosteriorNews, PosteriorPublisher, PosteriorSubscriber};

@@ -11,7 +11,7 @@ use crate::supports::{LearnedSupports, table_of};
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bhm.posterior.v3")]
 pub struct PosteriorHeader {
     /// [`PosteriorHeader::MAGIC`].
@@ -53,8 +53,14 @@ pub struct PosteriorHeader {
     /// How many bytes of [`Self::settings`] are meant.
     pub settings_bytes: u32,
     /// What the map was made with: [`Settings`] in their postcard encoding.
-    pub settings: [u8; ENCODED_BYTES],
+    pub settings: EncodedSettings,
 }
+
+/// Room for what a map was made with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[type_name("bhm.settings.v1")]
+pub struct EncodedSettings(pub [u8; ENCODED_BYTES]);
 
 // SAFETY: integers, floating-point numbers, and arrays of them.
 unsafe impl PlainNumbers for PosteriorHeader {}
@@ -89,9 +95,9 @@ unsafe impl<const M: usize, const B: usize> PlainNumbers for PosteriorTile<M, B>
 /// looks at every support.
 pub(super) type KnownModel = Option<(Settings, u32, Model<'static, 2>)>;
 
-impl Default for PosteriorHeader {
+impl Default for EncodedSettings {
     fn default() -> Self {
-        Self::EMPTY
+        Self([0; ENCODED_BYTES])
     }
 }
 
@@ -104,30 +110,6 @@ impl PosteriorHeader {
     pub const ENDED: u32 = 1;
     const LAYOUT: Layout =
         Layout { what: "posterior message", magic: Self::MAGIC, version: Self::VERSION, flags: Self::ENDED };
-
-    /// A header of which nothing is known yet.
-    pub(super) const EMPTY: Self = Self {
-        magic: 0,
-        version: 0,
-        flags: 0,
-        mapper: 0,
-        sequence: 0,
-        source: 0,
-        scan_sequence: 0,
-        stamp_ns: 0,
-        scans: 0,
-        resident: 0,
-        archived: 0,
-        lost: 0,
-        x_m: 0.0,
-        y_m: 0.0,
-        theta_rad: 0.0,
-        supports: 0,
-        band: 0,
-        supports_digest: 0,
-        settings_bytes: 0,
-        settings: [0; ENCODED_BYTES],
-    };
 
     /// Where the sensor stood at the newest scan integrated.
     #[must_use]
@@ -167,8 +149,8 @@ impl PosteriorHeader {
             band: shape.1 as u32,
             supports_digest: supports.map_or(0, LearnedSupports::digest),
             settings_bytes,
-            settings: encoded,
-            ..Self::EMPTY
+            settings: EncodedSettings(encoded),
+            ..Self::default()
         };
     }
 
@@ -234,7 +216,7 @@ impl PosteriorHeader {
     /// # Errors
     /// [`PosteriorRejected::Settings`] or [`PosteriorRejected::SettingsEncoding`].
     pub fn settings(&self) -> Result<Settings, PosteriorRejected> {
-        let encoded = self.settings.get(..self.settings_bytes as usize).ok_or(PosteriorRejected::SettingsEncoding)?;
+        let encoded = self.settings.0.get(..self.settings_bytes as usize).ok_or(PosteriorRejected::SettingsEncoding)?;
         match postcard::take_from_bytes(encoded) {
             Ok((settings, [])) => Ok(settings),
             _ => Err(PosteriorRejected::SettingsEncoding),

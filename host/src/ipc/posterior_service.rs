@@ -100,7 +100,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     pub fn publish(&mut self, posterior: &impl PosteriorSource<M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
         let tiles = posterior.tiles();
         let resident = tiles.len();
-        let mut header = PosteriorHeader::EMPTY;
+        let mut header = PosteriorHeader::default();
         header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;

@@ -78,15 +78,13 @@ impl From<BridgeSummary> for Onboarded {
         Self {
             mapper: format!("{:016x}", summary.mapper),
             source_ended: summary.source_ended,
-            map: None,
             posterior: summary.posterior,
             tiles_resident: summary.tiles_resident,
             tiles_archived: summary.tiles_archived as usize,
             counters: summary.counters.into_iter().collect(),
-            // The deadline is the device's own, and so is what counts it.
-            deadline_ms: None,
-            slowest_update_ms: None,
             last_fault: summary.last_fault.as_ref().map(ToString::to_string),
+            // The deadline is the device's own, and so is what counts it.
+            ..Self::default()
         }
     }
 }

@@ -25,16 +25,11 @@ pub(crate) struct Export {
     what: What,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum What {
-    Points(Points),
-}
+subcommands! { enum What { Points(Points) } }
 
 impl Export {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        match &self.what {
-            What::Points(points) => points.run(output),
-        }
+        self.what.run(output)
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Simulated {
     scene: String,
     /// Seed of all noise
     #[arg(long, default_value_t = 1)]
-    seed: u64,
+    pub(crate) seed: u64,
     /// Standard deviation of the position that the robot reports, along each axis, metres
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = deviation())]
     position_noise: f64,
@@ -42,11 +42,6 @@ impl Simulated {
     /// The scene.
     pub(crate) fn scene(&self) -> anyhow::Result<&'static Scene> {
         Ok(Scene::named(&self.scene)?)
-    }
-
-    /// Seed of everything that is drawn by lot.
-    pub(crate) fn seed(&self) -> u64 {
-        self.seed
     }
 
     /// How far off the poses are that the robot reports.

@@ -37,7 +37,7 @@ pub(crate) struct Sent {
 }
 
 /// What the onboard process says at its end.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Onboarded {
     pub(crate) mapper: String,
     /// Whether the source ended, rather than this process being stopped.

@@ -212,7 +212,7 @@ fn every_damage_to_a_status_is_named() {
 pub(super) fn change_settings(header: &mut PosteriorHeader, change: impl FnOnce(&mut Settings)) {
     let mut settings = header.settings().expect("settings that were written");
     change(&mut settings);
-    let encoded = postcard::to_slice(&settings, &mut header.settings).expect("they fit");
+    let encoded = postcard::to_slice(&settings, &mut header.settings.0).expect("they fit");
     header.settings_bytes = encoded.len() as u32;
 }
 
@@ -289,7 +289,7 @@ fn every_damage_to_a_posterior_is_named() {
         (|h| h.settings_bytes -= 1, |e| matches!(e, No::SettingsEncoding)),
         (|h| h.settings_bytes += 1, |e| matches!(e, No::SettingsEncoding)),
         // The kernel's place in its list stands behind origin and spacing.
-        (|h| h.settings[12] = 77, |e| matches!(e, No::SettingsEncoding)),
+        (|h| h.settings.0[12] = 77, |e| matches!(e, No::SettingsEncoding)),
         (|h| h.theta_rad = f32::NAN, |e| matches!(e, No::Pose)),
         (
             |h| change_settings(h, |s| s.origin_m[1] = f32::INFINITY),

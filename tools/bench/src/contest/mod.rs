@@ -26,6 +26,7 @@ pub use results::{Results, ResultsError};
 pub(crate) use run::median;
 pub use run::{RunOptions, run, setup};
 pub use runner::{Contest, Progress, Round};
+pub(crate) use standings::grouped;
 pub use standings::{Standing, Standings, standings};
 pub use table::{rows, spread};
 pub use unseen::UnseenPlaces;

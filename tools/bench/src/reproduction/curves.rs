@@ -4,7 +4,7 @@ use bhm_plot::chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series};
 
 use super::{COARSE, FINE, SMALL_DENSE, page::Page};
 use crate::{
-    contest::{Checkpoint, Outcome, median},
+    contest::{Checkpoint, Outcome, grouped, median},
     text::headed,
 };
 
@@ -29,15 +29,9 @@ fn is_drawn(outcome: &Outcome) -> bool {
 
 /// Those drawn, of the first seed, with this held out, dataset by dataset.
 fn datasets<'a>(outcomes: &'a [Outcome], held: &str) -> Vec<(&'a str, Vec<&'a Outcome>)> {
-    let mut groups: Vec<(&str, Vec<&Outcome>)> = Vec::new();
     let first = outcomes.iter().map(|outcome| outcome.seed).min();
-    for outcome in outcomes.iter().filter(|o| o.held == held && Some(o.seed) == first && is_drawn(o)) {
-        match groups.iter_mut().find(|(dataset, _)| *dataset == outcome.dataset) {
-            Some((_, group)) => group.push(outcome),
-            None => groups.push((&outcome.dataset, vec![outcome])),
-        }
-    }
-    groups
+    let drawn = outcomes.iter().filter(|o| o.held == held && Some(o.seed) == first && is_drawn(o));
+    grouped(drawn, |outcome| outcome.dataset.as_str())
 }
 
 /// One chart of a figure, with a curve for each contestant.

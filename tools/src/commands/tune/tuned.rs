@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use bhm_bench::{evaluation::Parts, search::Found};
+use bhm_bench::{
+    evaluation::Parts,
+    search::{Found, Tried},
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -74,14 +77,18 @@ pub(super) fn remark(trial: &Trial) -> String {
 }
 
 impl Tuned<'_> {
-    pub(super) fn summary(&self) -> Summary<'_> {
-        let candidate = |tried: &'_ bhm_bench::search::Tried<Trial>| {
-            self.numbers
+    pub(super) fn summary<'s>(&'s self) -> Summary<'s> {
+        let candidate = |tried: &'s Tried<Trial>| Candidate {
+            values: self
+                .numbers
                 .iter()
                 .zip(&tried.values)
-                .map(|(number, value)| (number.flag.to_owned(), short(*value)))
-                .collect()
+                .map(|(n, value)| (n.flag.to_owned(), short(*value)))
+                .collect(),
+            cost: tried.result.scored().and_then(|scored| self.cost(scored)),
+            result: &tried.result.result,
         };
+        let [beams_validation, beams_test, beams] = self.parts.beams();
         Summary {
             config: self.path,
             log: self.log_path,
@@ -91,19 +98,10 @@ impl Tuned<'_> {
             fraction: self.request.fraction,
             by: self.request.by,
             max_cost: self.request.max_cost,
-            beams: self.parts.beams()[2],
-            beams_validation: self.parts.beams()[0],
-            beams_test: self.parts.beams()[1],
-            candidates: self
-                .found
-                .tried
-                .iter()
-                .map(|tried| Candidate {
-                    values: candidate(tried),
-                    cost: tried.result.scored().and_then(|scored| self.cost(scored)),
-                    result: &tried.result.result,
-                })
-                .collect(),
+            beams,
+            beams_validation,
+            beams_test,
+            candidates: self.found.tried.iter().map(candidate).collect(),
             best: self.best,
             test_start: &self.test.start.result,
             test_best: &self.tested_best().result,
