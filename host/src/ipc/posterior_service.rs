@@ -80,10 +80,8 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     ) -> Result<Self, IpcError> {
         let consumers = consumers.max(1);
         // First, so that a reader which finds the posterior finds the supports.
-        let supports = match supports {
-            Some(supports) => Some((offer(participant, &supports, consumers)?, supports)),
-            None => None,
-        };
+        let offered = |supports| offer(participant, &supports, consumers).map(|writer| (writer, supports));
+        let supports = supports.map(offered).transpose()?;
         let writer = topic(consumers).writer(participant, slots.max(1))?;
         Ok(Self { writer, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
     }

@@ -8,7 +8,7 @@
 macro_rules! dense {
     ($open:expr) => {{
         #[cfg(feature = "dense")]
-        let open: fn(&$crate::baselines::Setup) -> _ = $open;
+        let open: $crate::baselines::Open = $open;
         #[cfg(not(feature = "dense"))]
         let open = $crate::baselines::needs_dense;
         open
@@ -102,6 +102,9 @@ pub enum Size {
     Count(f32, &'static str),
 }
 
+/// Makes a baseline.
+pub type Open = fn(&Setup) -> Result<Box<dyn Baseline>, Failed>;
+
 /// One way of mapping, as it can be chosen.
 #[derive(Clone, Copy)]
 pub struct Entry {
@@ -114,7 +117,7 @@ pub struct Entry {
     /// What its size means, with the default.
     pub size: Size,
     /// Makes one.
-    pub open: fn(&Setup) -> Result<Box<dyn Baseline>, Failed>,
+    pub open: Open,
 }
 
 /// Everything there is, in the order in which tables list it.

@@ -83,17 +83,17 @@ fn usable(
     split: &BeamSplit,
     settings: &Settings,
 ) -> anyhow::Result<Result<Option<LearnedSupports>, SettingsError>> {
-    let with = |table: &SupportTable<'static, 2>| settings.fitted(table).model_with(table.clone()).err();
-    let learned = match with(&SupportTable::EMPTY) {
-        None => support.learned(split, settings)?,
-        Some(cut_off @ SettingsError::CutOff { .. }) => return Ok(Err(cut_off)),
-        Some(other) => return Err(other.into()),
+    let cut_off = |table: &SupportTable<'static, 2>| match settings.fitted(table).model_with(table.clone()) {
+        Ok(_) => Ok(None),
+        Err(cut_off @ SettingsError::CutOff { .. }) => Ok(Some(cut_off)),
+        Err(other) => Err(other),
     };
-    match learned.as_ref().and_then(|learned| with(learned.table())) {
-        None => Ok(Ok(learned)),
-        Some(cut_off @ SettingsError::CutOff { .. }) => Ok(Err(cut_off)),
-        Some(other) => Err(other.into()),
+    if let Some(cut_off) = cut_off(&SupportTable::EMPTY)? {
+        return Ok(Err(cut_off));
     }
+    let learned = support.learned(split, settings)?;
+    let cut_off = learned.as_ref().map_or(Ok(None), |learned| cut_off(learned.table()))?;
+    Ok(cut_off.map_or(Ok(learned), Err))
 }
 
 /// Rectangles in closed form against points on one lattice, seed by seed.
