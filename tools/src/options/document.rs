@@ -304,9 +304,10 @@ fn lay_table(base: &mut Table, layer: &DeTable<'_>, parent: &str) -> Result<(), 
     Ok(())
 }
 
-/// Where a key stands whose table is at `parent`.
+/// Where a key stands whose table is at `parent`; a key with a dot in it is quoted, as in a file.
 fn below(parent: &str, key: &str) -> String {
-    if parent.is_empty() { key.to_owned() } else { format!("{parent}.{key}") }
+    let key = if key.contains('.') { format!("{key:?}") } else { key.to_owned() };
+    if parent.is_empty() { key } else { format!("{parent}.{key}") }
 }
 
 /// The fields that a table at this place may have: those that it has, and those that may be absent.
