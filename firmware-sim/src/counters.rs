@@ -121,14 +121,7 @@ impl Counters {
     /// Scans refused, for whatever reason.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected_too_many_beams
-            + self.rejected_pose_not_finite
-            + self.rejected_pose_covariance
-            + self.rejected_pose_too_far
-            + self.rejected_angles
-            + self.rejected_range_limits
-            + self.rejected_stamp_went_back
-            + self.rejected_otherwise
+        self.iter().filter(|(name, _)| name.starts_with("rejected_")).map(|(_, count)| count).sum()
     }
 
     /// Adds what became of a scan.

@@ -230,7 +230,12 @@ fn main() -> ExitCode {
             Some((_, query)) => query_child(*query, &arguments[0]),
             None => kernels_child(other),
         },
-        Err(_) => return parent(&arguments),
+        Err(_) => {
+            return parent(&arguments).unwrap_or_else(|error| {
+                eprintln!("{error}");
+                ExitCode::FAILURE
+            });
+        }
     }
     ExitCode::SUCCESS
 }
@@ -243,36 +248,17 @@ fn count(folder: &Path, what: &str, function: &str, arguments: &[String]) -> Res
     count_calls(&folder, &format!("instructions::{function}"), program.args(arguments).env(CHILD, what))
 }
 
-fn parent(arguments: &[String]) -> ExitCode {
+fn parent(arguments: &[String]) -> Result<ExitCode, CountError> {
     let task = Task::parse(arguments);
     let folder = env::temp_dir().join(format!("bhm-instructions-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a temporary folder");
     let shapes = [("measured_spline_tile", "M = 144, B = 40"), ("measured_exponential_tile", "M = 196, B = 76")];
     for (name, shape) in shapes.into_iter().filter(|_| task.usual) {
-        match count(&folder, name, name, &[]) {
-            Ok(counted) => {
-                println!("kernels, {shape}     {:.0} (factor, solve, inverse; without AVX2)", counted.calls[0]);
-            }
-            Err(error) => {
-                eprintln!("{error}");
-                return ExitCode::FAILURE;
-            }
-        }
+        let counted = count(&folder, name, name, &[])?;
+        println!("kernels, {shape}     {:.0} (factor, solve, inverse; without AVX2)", counted.calls[0]);
     }
-    let queries_bounded = match compare_queries(&folder) {
-        Ok(bounded) => bounded,
-        Err(error) => {
-            eprintln!("{error}");
-            return ExitCode::FAILURE;
-        }
-    };
-    let counted = match count(&folder, "scans", "measured", arguments) {
-        Ok(counted) => counted,
-        Err(error) => {
-            eprintln!("{error}");
-            return ExitCode::FAILURE;
-        }
-    };
+    let queries_bounded = compare_queries(&folder)?;
+    let counted = count(&folder, "scans", "measured", arguments)?;
     fs::remove_dir_all(&folder).ok();
     let work = |line: &str| {
         let (tiles, rows) = line.split_once(' ')?;
@@ -287,7 +273,7 @@ fn parent(arguments: &[String]) -> ExitCode {
     let outcome = report(&rows[..scans], &counted.calls[..scans], &task);
     let (first, again) = (per_tile(0..rows.len() - scans), per_tile(scans..rows.len()));
     println!("the first quarter's scans again, at the end  {:+.2} % a tile and pass", 100.0 * (again / first - 1.0));
-    if queries_bounded { outcome } else { ExitCode::FAILURE }
+    Ok(if queries_bounded { outcome } else { ExitCode::FAILURE })
 }
 
 fn report(rows: &[[f64; 2]], counts: &[f64], task: &Task) -> ExitCode {

@@ -5,7 +5,7 @@ use bhm_plot::picture::PictureError;
 use serde::Serialize;
 
 use bhm_bench::text::Report;
-pub(crate) use bhm_bench::text::{bytes, columns, markdown, table};
+pub(crate) use bhm_bench::text::{bytes, columns, headed, markdown, table};
 
 /// Where results go.
 #[derive(Clone, Copy, Debug)]

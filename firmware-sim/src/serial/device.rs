@@ -73,19 +73,11 @@ pub struct SerialLink<'m, P> {
 
 /// What a frame came to.
 enum Got {
-    Scan(Header),
+    /// A scan without its ranges, of which so many were copied.
+    Scan(IncomingScan<'static>, usize),
     Unusable(Unusable),
     Answered,
     Stop,
-}
-
-/// A scan whose ranges were copied.
-struct Header {
-    source: u64,
-    sequence: u64,
-    last: bool,
-    scan: Scan<'static>,
-    beams: usize,
 }
 
 impl<'m, P: Port> SerialLink<'m, P> {
@@ -125,12 +117,6 @@ impl<'m, P: Port> SerialLink<'m, P> {
         &self.port
     }
 
-    /// Gives back the port.
-    #[must_use]
-    pub fn into_port(self) -> P {
-        self.port
-    }
-
     /// Reads on until something came of it, or nothing is left to be read.
     fn listen<const M: usize, const B: usize>(&mut self) -> Result<Option<Got>, SerialFault<P::Error>> {
         self.buffers.deframer.counters.bytes_overrun = u64::from(self.port.overruns());
@@ -142,7 +128,7 @@ impl<'m, P: Port> SerialLink<'m, P> {
             let Some(content) = deframer.take(&mut &byte[..]) else { continue };
             let mut answer = None;
             let got = content.and_then(read).and_then(|message| match message {
-                ToDevice::Scan(scan) if Some(scan.run) == self.run => header(&scan, ranges_m).map(Got::Scan),
+                ToDevice::Scan(scan) if Some(scan.run) == self.run => header(&scan, ranges_m),
                 ToDevice::Scan(_) => Ok(Got::Unusable(Unusable::ForAnother)),
                 ToDevice::Hello { run: 0 } => Err(Damage::Unreadable),
                 ToDevice::Hello { run } => {
@@ -253,10 +239,10 @@ impl<P: Port, const M: usize, const B: usize> Link<M, B> for SerialLink<'_, P> {
             None | Some(Got::Answered) => Incoming::Nothing,
             Some(Got::Stop) => Incoming::Stop,
             Some(Got::Unusable(why)) => Incoming::Unusable(why),
-            Some(Got::Scan(Header { source, sequence, last, scan, beams })) => {
+            Some(Got::Scan(incoming, beams)) => {
                 let received_ns = self.port.now_ns();
-                let ranges_m = &self.buffers.ranges_m[..beams];
-                Incoming::Scan(IncomingScan { source, sequence, last, received_ns, scan: Scan { ranges_m, ..scan } })
+                let scan = Scan { ranges_m: &self.buffers.ranges_m[..beams], ..incoming.scan };
+                Incoming::Scan(IncomingScan { received_ns, scan, ..incoming })
             }
         })
     }
@@ -327,11 +313,11 @@ fn send<P: Port>(
     Ok(bytes.len())
 }
 
-fn header(frame: &ScanFrame<'_>, ranges_m: &mut [f32; MAX_BEAMS]) -> Result<Header, Damage> {
+fn header(frame: &ScanFrame<'_>, ranges_m: &mut [f32; MAX_BEAMS]) -> Result<Got, Damage> {
     let beams = frame.ranges_into(ranges_m)?;
     let &ScanFrame { source, sequence, last, header, .. } = frame;
     let scan = Scan { header, ranges_m: &[] };
-    Ok(Header { source, sequence, last, scan, beams })
+    Ok(Got::Scan(IncomingScan { source, sequence, last, received_ns: None, scan }, beams))
 }
 
 fn hello<const M: usize, const B: usize>(run: u64, profile: &Profile, slots: usize) -> HelloFrame<'_> {

@@ -61,18 +61,10 @@ const EXPECTED: &str = "a CARMEN log with at least one usable FLASER or ROBOTLAS
 pub struct CarmenLog;
 
 impl CarmenLog {
-    /// Reads a log, plain or gzip.
-    ///
-    /// # Errors
-    /// When the file cannot be read or holds no usable scan; when an option makes no sense.
-    pub fn read(path: &Path, options: &ReadOptions) -> Result<ScanLog, DatasetError> {
-        Self::read_from(input::open(path)?, path, options)
-    }
-
     /// Reads a log, plain or gzip, from any source; `name` stands for it in messages.
     ///
     /// # Errors
-    /// As for [`read`](Self::read).
+    /// When the log cannot be read or holds no usable scan; when an option makes no sense.
     pub fn read_from(reader: impl BufRead, name: &Path, options: &ReadOptions) -> Result<ScanLog, DatasetError> {
         let mut reader = input::plain_or_gzip(reader).map_err(|source| DatasetError::unreadable(name, source))?;
         ScanFormat::read(&Self, &mut reader, name, options)
@@ -147,21 +139,15 @@ fn flaser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
     let map_from_sensor = fields.pose()?;
     fields.skip(3, "odometry pose")?;
     let stamp_s = fields.stamp_and_end()?;
-    Ok(ParsedScan {
-        record: ScanRecord {
-            header: ScanHeader {
-                stamp_ns: 0,
-                map_from_sensor,
-                angle_min_rad,
-                angle_increment_rad,
-                range_min_m: RANGE_MIN_M,
-                range_max_m: f32::INFINITY,
-                ..ScanHeader::default()
-            },
-            ranges_m,
-        },
-        stamp_s,
-    })
+    let header = header(map_from_sensor, angle_min_rad, angle_increment_rad);
+    Ok(ParsedScan { record: ScanRecord { header, ranges_m }, stamp_s })
+}
+
+/// The header of a scan whose line states no maximum range.
+fn header(map_from_sensor: Pose, angle_min_rad: f32, angle_increment_rad: f32) -> ScanHeader {
+    let (range_min_m, range_max_m) = (RANGE_MIN_M, f32::INFINITY);
+    let header = ScanHeader::default();
+    ScanHeader { map_from_sensor, angle_min_rad, angle_increment_rad, range_min_m, range_max_m, ..header }
 }
 
 /// Bearing of the first beam and step, radians, of a `FLASER` line with this many beams.
@@ -188,22 +174,11 @@ fn robot_laser(fields: &mut Fields<'_>) -> Result<ParsedScan, DamageReason> {
     fields.skip(3, "robot_pose")?;
     fields.skip(5, "laser_tv to turn_axis")?;
     let stamp_s = fields.stamp_and_end()?;
-    let states_max = stated_max_m.is_finite() && stated_max_m > 0.0;
-    Ok(ParsedScan {
-        record: ScanRecord {
-            header: ScanHeader {
-                stamp_ns: 0,
-                map_from_sensor,
-                angle_min_rad,
-                angle_increment_rad,
-                range_min_m: RANGE_MIN_M,
-                range_max_m: if states_max { NO_RETURN_FROM * stated_max_m } else { f32::INFINITY },
-                ..ScanHeader::default()
-            },
-            ranges_m,
-        },
-        stamp_s,
-    })
+    let mut header = header(map_from_sensor, angle_min_rad, angle_increment_rad);
+    if stated_max_m.is_finite() && stated_max_m > 0.0 {
+        header.range_max_m = NO_RETURN_FROM * stated_max_m;
+    }
+    Ok(ParsedScan { record: ScanRecord { header, ranges_m }, stamp_s })
 }
 
 /// The fields of a line, taken one by one.

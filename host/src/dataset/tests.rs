@@ -51,7 +51,7 @@ fn recorded_scan_logs_give_all_their_scans() {
 fn recorded_logs_without_their_plateau_show_none() {
     for name in ["intel-corrected.log.gz", "csail-corrected.log.gz", "freiburg-campus-corrected.log.gz"] {
         let Some(path) = recorded(name) else { continue };
-        let mut scans = CarmenLog::read(&path, &ReadOptions::default()).unwrap().scans;
+        let mut scans = read_log(&path, &ReadOptions::default()).unwrap().scans;
         scans.iter_mut().for_each(|scan| scan.ranges_m.retain(|&r| r < scan.header.range_max_m));
         let largest_m = scans.iter().flat_map(|scan| &scan.ranges_m).copied().fold(0.0, f32::max);
         assert_eq!(no_return_range_m(&scans), largest_m.next_up(), "{name}");

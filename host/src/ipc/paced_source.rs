@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bhm_core::scan::{Scan, ScanHeader};
+use bhm_core::scan::{MAX_BEAMS, Scan};
 
 use super::{IpcError, Participant, Place, SCAN_BUFFER, ScanAddress, ScanSource, StatusSubscriber};
 use crate::ScanRecord;
@@ -19,7 +19,8 @@ pub struct PacedSource {
     status: StatusSubscriber,
     mapper: Option<u64>,
     under_way: VecDeque<UnderWay>,
-    spare: Vec<UnderWay>,
+    /// Memory of scans that were acknowledged.
+    spare: Vec<Vec<f32>>,
     sequence: u64,
     sent_again: u64,
 }
@@ -80,7 +81,7 @@ impl PacedSource {
     /// # Errors
     /// [`IpcError::TooManyBeams`], or iceoryx2 failed.
     pub fn send(&mut self, scan: &Scan<'_>, place: Place, stop: &AtomicBool) -> Result<Sent, IpcError> {
-        if scan.ranges_m.len() > bhm_core::scan::MAX_BEAMS {
+        if scan.ranges_m.len() > MAX_BEAMS {
             return Err(IpcError::TooManyBeams { beams: scan.ranges_m.len() });
         }
         // Told what is new even if there is room, so that a mapper that was replaced is noticed.
@@ -92,8 +93,10 @@ impl PacedSource {
             self.listen(Duration::MAX)?;
         }
         self.sequence += 1;
-        let mut kept = self.spare.pop().unwrap_or_else(UnderWay::empty);
-        kept.set(self.sequence, place, scan);
+        let mut ranges_m = self.spare.pop().unwrap_or_default();
+        ranges_m.clear();
+        ranges_m.extend_from_slice(scan.ranges_m);
+        let kept = UnderWay { sequence: self.sequence, place, scan: ScanRecord { header: scan.header, ranges_m } };
         self.publish(&kept)?;
         self.under_way.push_back(kept);
         Ok(Sent::Yes)
@@ -130,7 +133,7 @@ impl PacedSource {
             && source == self.id()
         {
             while self.under_way.front().is_some_and(|kept| kept.sequence <= handled) {
-                self.spare.extend(self.under_way.pop_front());
+                self.spare.extend(self.under_way.pop_front().map(|kept| kept.scan.ranges_m));
             }
         }
         if self.mapper != Some(mapper) {
@@ -141,43 +144,5 @@ impl PacedSource {
             }
         }
         Ok(())
-    }
-}
-
-impl UnderWay {
-    fn empty() -> Self {
-        let scan = ScanRecord {
-            header: ScanHeader {
-                stamp_ns: 0,
-                map_from_sensor: Default::default(),
-                angle_min_rad: 0.0,
-                angle_increment_rad: 0.0,
-                range_max_m: 0.0,
-                ..ScanHeader::default()
-            },
-            ranges_m: Vec::new(),
-        };
-        Self { sequence: 0, place: Place::Within, scan }
-    }
-
-    /// Copies a scan, using the memory of the one before.
-    fn set(&mut self, sequence: u64, place: Place, scan: &Scan<'_>) {
-        let mut ranges_m = std::mem::take(&mut self.scan.ranges_m);
-        ranges_m.clear();
-        ranges_m.extend_from_slice(scan.ranges_m);
-        self.sequence = sequence;
-        self.place = place;
-        self.scan = ScanRecord {
-            header: ScanHeader {
-                stamp_ns: scan.header.stamp_ns,
-                map_from_sensor: scan.header.map_from_sensor,
-                pose_covariance: scan.header.pose_covariance,
-                angle_min_rad: scan.header.angle_min_rad,
-                angle_increment_rad: scan.header.angle_increment_rad,
-                range_min_m: scan.header.range_min_m,
-                range_max_m: scan.header.range_max_m,
-            },
-            ranges_m,
-        };
     }
 }

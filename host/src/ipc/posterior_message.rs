@@ -8,7 +8,7 @@ use bhm_core::{
 };
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, wire::PlainNumbers};
+use super::{PosteriorNews, PosteriorRejected, SourceTile, SupportsRejected, layout::Layout, wire::PlainNumbers};
 use crate::{
     map::zeroed_box,
     supports::{LearnedSupports, table_of},
@@ -16,7 +16,7 @@ use crate::{
 
 /// What stands before the tiles of a posterior: whose it is, how new, and everything needed to ask it.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bhm.posterior.v3")]
 pub struct PosteriorHeader {
     /// [`PosteriorHeader::MAGIC`].
@@ -58,8 +58,14 @@ pub struct PosteriorHeader {
     /// How many bytes of [`Self::settings`] are meant.
     pub settings_bytes: u32,
     /// What the map was made with: [`Settings`] in their postcard encoding.
-    pub settings: [u8; ENCODED_BYTES],
+    pub settings: EncodedSettings,
 }
+
+/// Room for what a map was made with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
+#[type_name("bhm.settings.v1")]
+pub struct EncodedSettings(pub [u8; ENCODED_BYTES]);
 
 // SAFETY: integers, floating-point numbers, and arrays of them.
 unsafe impl PlainNumbers for PosteriorHeader {}
@@ -118,9 +124,9 @@ impl<const M: usize, const B: usize> PosteriorModel<M, B> {
     }
 }
 
-impl Default for PosteriorHeader {
+impl Default for EncodedSettings {
     fn default() -> Self {
-        Self::EMPTY
+        Self([0; ENCODED_BYTES])
     }
 }
 
@@ -131,30 +137,8 @@ impl PosteriorHeader {
     pub const VERSION: u32 = 3;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
-
-    /// A header of which nothing is known yet.
-    pub(super) const EMPTY: Self = Self {
-        magic: 0,
-        version: 0,
-        flags: 0,
-        mapper: 0,
-        sequence: 0,
-        source: 0,
-        scan_sequence: 0,
-        stamp_ns: 0,
-        scans: 0,
-        resident: 0,
-        archived: 0,
-        lost: 0,
-        x_m: 0.0,
-        y_m: 0.0,
-        theta_rad: 0.0,
-        supports: 0,
-        band: 0,
-        supports_digest: 0,
-        settings_bytes: 0,
-        settings: [0; ENCODED_BYTES],
-    };
+    const LAYOUT: Layout =
+        Layout { what: "posterior message", magic: Self::MAGIC, version: Self::VERSION, flags: Self::ENDED };
 
     /// Where the sensor stood at the newest scan integrated.
     #[must_use]
@@ -194,8 +178,8 @@ impl PosteriorHeader {
             band: shape.1 as u32,
             supports_digest: supports.map_or(0, LearnedSupports::digest),
             settings_bytes,
-            settings: encoded,
-            ..Self::EMPTY
+            settings: EncodedSettings(encoded),
+            ..Self::default()
         };
     }
 
@@ -221,15 +205,7 @@ impl PosteriorHeader {
         supports: Option<&LearnedSupports>,
         known: &mut KnownModel<M, B>,
     ) -> Result<PosteriorModel<M, B>, PosteriorRejected> {
-        if self.magic != Self::MAGIC {
-            return Err(PosteriorRejected::Magic { found: self.magic });
-        }
-        if self.version != Self::VERSION {
-            return Err(PosteriorRejected::Version { found: self.version });
-        }
-        if self.flags & !Self::ENDED != 0 {
-            return Err(PosteriorRejected::Flags { found: self.flags });
-        }
+        Self::LAYOUT.check(self.magic, self.version, self.flags)?;
         if self.mapper == 0 || self.sequence == 0 {
             return Err(PosteriorRejected::Unnumbered);
         }
@@ -268,7 +244,7 @@ impl PosteriorHeader {
     /// # Errors
     /// [`PosteriorRejected::Settings`] or [`PosteriorRejected::SettingsEncoding`].
     pub fn settings(&self) -> Result<Settings, PosteriorRejected> {
-        let encoded = self.settings.get(..self.settings_bytes as usize).ok_or(PosteriorRejected::SettingsEncoding)?;
+        let encoded = self.settings.0.get(..self.settings_bytes as usize).ok_or(PosteriorRejected::SettingsEncoding)?;
         match postcard::take_from_bytes(encoded) {
             Ok((settings, [])) => Ok(settings),
             _ => Err(PosteriorRejected::SettingsEncoding),

@@ -1,28 +1,13 @@
 use bhm_core::settings::SettingsError;
 
-use super::{PosteriorHeader, SupportsRejected};
+use super::{LayoutError, SupportsRejected};
 
 /// A posterior that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PosteriorRejected {
-    /// The message does not begin as a posterior message does.
-    #[error("not a posterior message: begins with {found:#018x}")]
-    Magic {
-        /// What the message begins with.
-        found: u64,
-    },
-    /// The message has another layout.
-    #[error("posterior message in layout version {found}, only {} is understood", PosteriorHeader::VERSION)]
-    Version {
-        /// The message's layout version.
-        found: u32,
-    },
-    /// The message has flags that this layout does not define.
-    #[error("posterior message with unknown flags {found:#x}")]
-    Flags {
-        /// The message's flags, or the reserved word.
-        found: u32,
-    },
+    /// The message is no posterior, or has another layout.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
     /// The number of the mapper's run or the sequence number is 0.
     #[error("posterior message with mapper or sequence number 0")]
     Unnumbered,

@@ -11,8 +11,10 @@ use super::{
     Received,
 };
 use super::{
-    posterior_message::KnownModel, posterior_sample::Refused, supports_reader::SupportsReader,
-    supports_service::SupportsPublisher,
+    posterior_message::KnownModel,
+    posterior_sample::Refused,
+    supports_reader::SupportsReader,
+    supports_service::{SupportsWriter, offer},
 };
 use crate::supports::LearnedSupports;
 
@@ -46,7 +48,7 @@ pub struct PosteriorNews {
 pub struct PosteriorPublisher<const M: usize, const B: usize> {
     writer: Writer<PosteriorHeader, [PosteriorTile<M, B>]>,
     /// The supports of their own that nodes of the map have, and who hands them out.
-    supports: Option<(SupportsPublisher, LearnedSupports)>,
+    supports: Option<(SupportsWriter, LearnedSupports)>,
     waker: Waker,
     mapper: u64,
     sequence: u64,
@@ -78,10 +80,8 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     ) -> Result<Self, IpcError> {
         let consumers = consumers.max(1);
         // First, so that a reader which finds the posterior finds the supports.
-        let supports = match supports {
-            Some(supports) => Some((SupportsPublisher::open(participant, &supports, consumers)?, supports)),
-            None => None,
-        };
+        let offered = |supports| offer(participant, &supports, consumers).map(|writer| (writer, supports));
+        let supports = supports.map(offered).transpose()?;
         let writer = topic(consumers).writer(participant, slots.max(1))?;
         Ok(Self { writer, supports, waker: Waker::new(participant, SERVICE)?, mapper, sequence: 0 })
     }
@@ -98,7 +98,7 @@ impl<const M: usize, const B: usize> PosteriorPublisher<M, B> {
     pub fn publish(&mut self, posterior: &impl PosteriorSource<M, B>, news: &PosteriorNews) -> Result<u64, IpcError> {
         let tiles = posterior.tiles();
         let resident = tiles.len();
-        let mut header = PosteriorHeader::EMPTY;
+        let mut header = PosteriorHeader::default();
         header.write(posterior.settings(), self.supports.as_ref().map(|(_, supports)| supports), (M, B), news);
         header.mapper = self.mapper;
         header.sequence = self.sequence + 1;

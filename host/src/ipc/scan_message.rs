@@ -4,7 +4,7 @@ use bhm_core::{
 };
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{IpcError, wire::PlainNumbers};
+use super::{IpcError, LayoutError, layout::Layout, wire::PlainNumbers};
 
 /// A scan as it lies in shared memory.
 #[repr(C)]
@@ -84,24 +84,9 @@ pub struct NumberedScan<'a> {
 /// A scan message that cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScanMessageRejected {
-    /// The message does not begin as a scan message does.
-    #[error("not a scan message: begins with {found:#018x}")]
-    Magic {
-        /// What the message begins with.
-        found: u64,
-    },
-    /// The message has another layout.
-    #[error("scan message in layout version {found}, only {} is understood", ScanMessage::VERSION)]
-    Version {
-        /// The message's layout version.
-        found: u32,
-    },
-    /// The message has flags that this layout does not define.
-    #[error("scan message with unknown flags {found:#x}")]
-    Flags {
-        /// The message's flags.
-        found: u32,
-    },
+    /// The message is no scan, or has another layout.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
     /// The source or the sequence number is 0.
     #[error("scan message with source or sequence number 0")]
     Unnumbered,
@@ -122,6 +107,12 @@ impl ScanMessage {
     pub const LAST: u32 = 1;
     /// Flag: the pose has a covariance.
     pub const UNCERTAIN: u32 = 2;
+    const LAYOUT: Layout = Layout {
+        what: "scan message",
+        magic: Self::MAGIC,
+        version: Self::VERSION,
+        flags: Self::LAST | Self::UNCERTAIN,
+    };
 
     /// Writes a scan over whatever was here.
     ///
@@ -167,15 +158,7 @@ impl ScanMessage {
     /// # Errors
     /// The first fault found in the message.
     pub fn check(&self) -> Result<NumberedScan<'_>, ScanMessageRejected> {
-        if self.magic != Self::MAGIC {
-            return Err(ScanMessageRejected::Magic { found: self.magic });
-        }
-        if self.version != Self::VERSION {
-            return Err(ScanMessageRejected::Version { found: self.version });
-        }
-        if self.flags & !(Self::LAST | Self::UNCERTAIN) != 0 {
-            return Err(ScanMessageRejected::Flags { found: self.flags });
-        }
+        Self::LAYOUT.check(self.magic, self.version, self.flags)?;
         let place = if self.flags & Self::LAST != 0 { Place::Last } else { Place::Within };
         if self.source == 0 || self.sequence == 0 {
             return Err(ScanMessageRejected::Unnumbered);

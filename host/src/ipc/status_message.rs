@@ -1,6 +1,10 @@
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::wire::{Name, PlainNumbers, name_of, text_of};
+use super::{
+    LayoutError,
+    layout::Layout,
+    wire::{Name, PlainNumbers, name_of, text_of},
+};
 
 /// Most counters that a status carries: those of a mapper, and of both ends of the line where it sits behind one.
 pub const MAX_COUNTERS: usize = 128;
@@ -57,24 +61,9 @@ pub struct Progress {
 /// A status message that cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StatusRejected {
-    /// The message does not begin as a status message does.
-    #[error("not a status message: begins with {found:#018x}")]
-    Magic {
-        /// What the message begins with.
-        found: u64,
-    },
-    /// The message has another layout.
-    #[error("status message in layout version {found}, only {} is understood", StatusMessage::VERSION)]
-    Version {
-        /// The message's layout version.
-        found: u32,
-    },
-    /// The message has flags that this layout does not define, or a reserved word is not zero.
-    #[error("status message with unknown flags {found:#x}")]
-    Flags {
-        /// The message's flags.
-        found: u32,
-    },
+    /// The message is no status, or has another layout.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
     /// The number of the mapper's run is 0.
     #[error("status message with mapper number 0")]
     NoMapper,
@@ -99,6 +88,8 @@ impl StatusMessage {
     pub const VERSION: u32 = 2;
     /// Flag: the source has ended, and its last scan is dealt with.
     pub const ENDED: u32 = 1;
+    const LAYOUT: Layout =
+        Layout { what: "status message", magic: Self::MAGIC, version: Self::VERSION, flags: Self::ENDED };
 
     /// Writes a status over whatever was here; counters beyond [`MAX_COUNTERS`] are left out.
     pub fn write<'n>(&mut self, mapper: u64, progress: &Progress, counters: impl IntoIterator<Item = (&'n str, u64)>) {
@@ -122,14 +113,9 @@ impl StatusMessage {
     /// # Errors
     /// The first fault found in the message.
     pub fn check(&self) -> Result<(), StatusRejected> {
-        if self.magic != Self::MAGIC {
-            return Err(StatusRejected::Magic { found: self.magic });
-        }
-        if self.version != Self::VERSION {
-            return Err(StatusRejected::Version { found: self.version });
-        }
-        if self.flags & !Self::ENDED != 0 || self.reserved != 0 {
-            return Err(StatusRejected::Flags { found: self.flags });
+        Self::LAYOUT.check(self.magic, self.version, self.flags)?;
+        if self.reserved != 0 {
+            return Err(LayoutError::Flags { what: Self::LAYOUT.what, found: self.flags }.into());
         }
         if self.mapper == 0 {
             return Err(StatusRejected::NoMapper);

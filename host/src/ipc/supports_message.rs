@@ -4,7 +4,11 @@ use bhm_core::{
 };
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::wire::{Name, PlainNumbers, name_of, text_of};
+use super::{
+    LayoutError,
+    layout::Layout,
+    wire::{Name, PlainNumbers, name_of, text_of},
+};
 use crate::supports::{Kinds, LearnedSupports, SupportsError};
 
 /// Most kinds of support that a message can name.
@@ -57,18 +61,9 @@ unsafe impl PlainNumbers for SupportMessage {}
 /// Learned supports that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SupportsRejected {
-    /// The message does not begin as a message of supports does.
-    #[error("not a message of supports: begins with {found:#018x}")]
-    Magic {
-        /// What the message begins with.
-        found: u64,
-    },
-    /// The message has another layout.
-    #[error("message of supports in layout version {found}, only {} is understood", SupportsHeader::VERSION)]
-    Version {
-        /// The message's layout version.
-        found: u32,
-    },
+    /// The message is no message of supports, or has another layout.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
     /// The number of supports is not the one that arrived.
     #[error("message of {claimed} supports, {arrived} arrived")]
     Count {
@@ -95,6 +90,7 @@ impl SupportsHeader {
     pub const MAGIC: u64 = u64::from_le_bytes(*b"BHM supp");
     /// The layout described here, of header and supports.
     pub const VERSION: u32 = 2;
+    const LAYOUT: Layout = Layout { what: "message of supports", magic: Self::MAGIC, version: Self::VERSION, flags: 0 };
 
     pub(super) fn write(&mut self, supports: &LearnedSupports) {
         let mut kinds = [Name::default(); MAX_SUPPORT_KINDS];
@@ -119,12 +115,7 @@ impl SupportsHeader {
     /// # Errors
     /// The first fault found in the header or the messages.
     pub fn check(&self, supports: &[SupportMessage]) -> Result<LearnedSupports, SupportsRejected> {
-        if self.magic != Self::MAGIC {
-            return Err(SupportsRejected::Magic { found: self.magic });
-        }
-        if self.version != Self::VERSION {
-            return Err(SupportsRejected::Version { found: self.version });
-        }
+        Self::LAYOUT.check(self.magic, self.version, 0)?;
         if self.count != supports.len() as u64 {
             return Err(SupportsRejected::Count { claimed: self.count, arrived: supports.len() });
         }

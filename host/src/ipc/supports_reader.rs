@@ -2,7 +2,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::{
-    IpcError, Participant, Received, SupportsRejected, supports_service::SupportsSubscriber, wake::LONGEST_SLEEP,
+    IpcError, Participant, Received, SupportMessage, SupportsHeader, SupportsRejected, supports_service, topic::Reader,
+    wake::LONGEST_SLEEP,
 };
 use crate::supports::LearnedSupports;
 
@@ -15,15 +16,15 @@ pub(super) struct SupportsReader {
     known: Option<LearnedSupports>,
     /// The digest that was waited for in vain, once.
     missed: u32,
-    subscriber: Option<SupportsSubscriber>,
+    reader: Option<Reader<SupportsHeader, [SupportMessage]>>,
     participant: Participant,
 }
 
 impl SupportsReader {
     /// A reader; supports may be offered later.
     pub(super) fn open(participant: &Participant) -> Result<Self, IpcError> {
-        let subscriber = SupportsSubscriber::open(participant)?;
-        Ok(Self { known: None, missed: 0, subscriber, participant: participant.clone() })
+        let reader = supports_service::reader(participant)?;
+        Ok(Self { known: None, missed: 0, reader, participant: participant.clone() })
     }
 
     /// The supports of that digest; `None` if there are to be none, or they have not arrived, waiting for them at most as
@@ -57,10 +58,12 @@ impl SupportsReader {
         }
     }
 
+    /// The newest supports since the last call, copied.
     fn take(&mut self) -> Received<LearnedSupports, SupportsRejected> {
-        if self.subscriber.is_none() {
-            self.subscriber = SupportsSubscriber::open(&self.participant)?;
+        if self.reader.is_none() {
+            self.reader = supports_service::reader(&self.participant)?;
         }
-        self.subscriber.as_ref().map_or(Ok(None), SupportsSubscriber::take)
+        let newest = self.reader.as_ref().map_or(Ok(None), Reader::take)?;
+        Ok(newest.map(|sample| sample.user_header().check(sample.payload())))
     }
 }

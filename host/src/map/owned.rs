@@ -14,7 +14,7 @@ use pulp::Arch;
 
 use super::{
     TileArchive, UnknownShape,
-    vectorised::{self, Vectorised},
+    vectorised::{Integrate, Learned, Vectorised},
     zeroed::{zeroed_box, zeroed_slice},
 };
 use crate::supports::{LearnedSupports, table_of};
@@ -140,9 +140,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// Every tile, resident or archived, in ascending order of index.
     #[must_use]
     pub fn all_tiles(&self) -> Vec<&Tile<2, M, B>> {
-        let mut tiles: Vec<_> = self.mapper.tiles().iter().chain(self.archive.iter()).collect();
-        tiles.sort_unstable_by_key(|tile| tile.index);
-        tiles
+        Everywhere { store: self.mapper.tiles(), archive: &self.archive }.tiles()
     }
 
     /// Bytes allocated at the start: everything but the archive.
@@ -164,7 +162,7 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If the scan as a whole is not usable.
     pub fn integrate(&mut self, scan: &Scan<'_>) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        Arch::new().dispatch(vectorised::Integrate { mapper, archive, scan })
+        Arch::new().dispatch(Integrate { mapper, archive, learned: Learned::Scan(scan) })
     }
 
     /// Learns labelled observations; see [`Mapper::integrate_observations`].
@@ -173,15 +171,12 @@ impl<const M: usize, const B: usize> OwnedMapper<M, B> {
     /// If there are more than the memory holds.
     pub fn integrate_observations(&mut self, observations: &[Observation<2>]) -> Result<IntegrateReport, ScanRejected> {
         let Self { mapper, archive, .. } = self;
-        Arch::new().dispatch(vectorised::IntegrateObservations { mapper, archive, observations })
+        Arch::new().dispatch(Integrate { mapper, archive, learned: Learned::Observations(observations) })
     }
 
-    /// Continues a saved map: counters, and every tile, those that do not fit the store going to the archive.
-    pub fn resume<'t>(&mut self, scans: u64, newest_stamp_ns: u64, tiles: impl IntoIterator<Item = &'t Tile<2, M, B>>) {
+    /// Continues a saved map, whose tiles are then restored one by one.
+    pub fn resume(&mut self, scans: u64, newest_stamp_ns: u64) {
         self.mapper.resume(scans, newest_stamp_ns);
-        for tile in tiles {
-            self.restore_tile(tile);
-        }
     }
 
     /// Puts a saved tile back: into the store while it has room, else into the archive.
@@ -215,20 +210,22 @@ pub struct Everywhere<'a, const M: usize, const B: usize> {
     archive: &'a TileArchive<M, B>,
 }
 
+impl<'a, const M: usize, const B: usize> Everywhere<'a, M, B> {
+    /// In ascending order of index.
+    fn tiles(self) -> Vec<&'a Tile<2, M, B>> {
+        let mut tiles: Vec<_> = self.store.iter().chain(self.archive.iter()).collect();
+        tiles.sort_unstable_by_key(|tile| tile.index);
+        tiles
+    }
+}
+
 impl<const M: usize, const B: usize> TileSource<2, M, B> for Everywhere<'_, M, B> {
     fn posterior(&self, index: &TileIndex<2>) -> Option<PosteriorView<'_, M, B>> {
         self.store.get(index).or_else(|| self.archive.get(index)).map(|tile| tile.posterior.view())
     }
 
     fn for_each_tile(&self, visit: &mut dyn FnMut(&TileRef<'_, 2>)) {
-        let mut archived = self.archive.iter().peekable();
-        for resident in self.store.iter() {
-            while let Some(tile) = archived.next_if(|tile| tile.index < resident.index) {
-                visit(&tile.as_ref());
-            }
-            visit(&resident.as_ref());
-        }
-        archived.for_each(|tile| visit(&tile.as_ref()));
+        self.tiles().into_iter().for_each(|tile| visit(&tile.as_ref()));
     }
 }
 

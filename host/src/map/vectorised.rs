@@ -14,11 +14,18 @@ use pulp::{Arch, NullaryFnOnce};
 
 use super::TileArchive;
 
-/// [`Mapper::integrate`].
+/// What a map learns from.
+#[derive(Clone, Copy)]
+pub(super) enum Learned<'a> {
+    Scan(&'a Scan<'a>),
+    Observations(&'a [Observation<2>]),
+}
+
+/// [`Mapper::integrate`], or [`Mapper::integrate_observations`].
 pub(super) struct Integrate<'a, 'm, const M: usize, const B: usize> {
     pub(super) mapper: &'a mut Mapper<'m, 2, M, B>,
     pub(super) archive: &'a mut TileArchive<M, B>,
-    pub(super) scan: &'a Scan<'a>,
+    pub(super) learned: Learned<'a>,
 }
 
 impl<const M: usize, const B: usize> NullaryFnOnce for Integrate<'_, '_, M, B> {
@@ -26,23 +33,10 @@ impl<const M: usize, const B: usize> NullaryFnOnce for Integrate<'_, '_, M, B> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.mapper.integrate(self.scan, self.archive)
-    }
-}
-
-/// [`Mapper::integrate_observations`].
-pub(super) struct IntegrateObservations<'a, 'm, const M: usize, const B: usize> {
-    pub(super) mapper: &'a mut Mapper<'m, 2, M, B>,
-    pub(super) archive: &'a mut TileArchive<M, B>,
-    pub(super) observations: &'a [Observation<2>],
-}
-
-impl<const M: usize, const B: usize> NullaryFnOnce for IntegrateObservations<'_, '_, M, B> {
-    type Output = Result<IntegrateReport, ScanRejected>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        self.mapper.integrate_observations(self.observations, self.archive)
+        match self.learned {
+            Learned::Scan(scan) => self.mapper.integrate(scan, self.archive),
+            Learned::Observations(observations) => self.mapper.integrate_observations(observations, self.archive),
+        }
     }
 }
 

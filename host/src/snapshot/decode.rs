@@ -67,7 +67,7 @@ fn restore<const M: usize, const B: usize>(header: Header, records: &[u8]) -> Re
     let named = Profile { name: "", purpose: "", settings, capacities };
     let supports = supports.map(Coded::supports).transpose().map_err(UnknownShape::from)?;
     let mut map = OwnedMapper::<M, B>::with_supports(&named, supports)?;
-    map.resume(scans, newest_stamp_ns, []);
+    map.resume(scans, newest_stamp_ns);
     let mut keyed: Vec<_> = tiles.iter().zip(records.chunks_exact(record::record_bytes(M, B))).collect();
     // The store evicts the least recently touched, the lowest index first: what it held are the last in that order.
     keyed.sort_unstable_by_key(|(key, _)| Reverse((key.touched_at, key.index)));

@@ -13,56 +13,41 @@ pub(super) const fn record_bytes(supports: usize, band: usize) -> usize {
 
 const PARTS: usize = 9;
 
-/// The parts of a posterior in their order. Taken apart whole, so that a field added to it fails to compile here.
-fn parts<const M: usize, const B: usize>(posterior: &Posterior<M, B>) -> [&[f32]; PARTS] {
-    let Posterior {
-        information,
-        covariance,
-        mean,
-        border_information,
-        border_covariance,
-        bias_information,
-        bias_covariance,
-        bias_mean,
-        log_determinant,
-    } = posterior;
-    [
-        information.as_flattened(),
-        covariance.as_flattened(),
-        mean,
-        border_information,
-        border_covariance,
-        array::from_ref(bias_information),
-        array::from_ref(bias_covariance),
-        array::from_ref(bias_mean),
-        log_determinant,
-    ]
+/// The parts of a posterior in their order, lent as the posterior is. Taken apart whole, so that a field added to it fails to
+/// compile here.
+macro_rules! parts {
+    ($posterior:expr, $flattened:ident, $one:path) => {{
+        let Posterior {
+            information,
+            covariance,
+            mean,
+            border_information,
+            border_covariance,
+            bias_information,
+            bias_covariance,
+            bias_mean,
+            log_determinant,
+        } = $posterior;
+        [
+            information.$flattened(),
+            covariance.$flattened(),
+            mean,
+            border_information,
+            border_covariance,
+            $one(bias_information),
+            $one(bias_covariance),
+            $one(bias_mean),
+            log_determinant,
+        ]
+    }};
 }
 
-/// As [`parts`].
+fn parts<const M: usize, const B: usize>(posterior: &Posterior<M, B>) -> [&[f32]; PARTS] {
+    parts!(posterior, as_flattened, array::from_ref)
+}
+
 fn parts_mut<const M: usize, const B: usize>(posterior: &mut Posterior<M, B>) -> [&mut [f32]; PARTS] {
-    let Posterior {
-        information,
-        covariance,
-        mean,
-        border_information,
-        border_covariance,
-        bias_information,
-        bias_covariance,
-        bias_mean,
-        log_determinant,
-    } = posterior;
-    [
-        information.as_flattened_mut(),
-        covariance.as_flattened_mut(),
-        mean,
-        border_information,
-        border_covariance,
-        array::from_mut(bias_information),
-        array::from_mut(bias_covariance),
-        array::from_mut(bias_mean),
-        log_determinant,
-    ]
+    parts!(posterior, as_flattened_mut, array::from_mut)
 }
 
 /// Writes a record.

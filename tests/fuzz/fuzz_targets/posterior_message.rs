@@ -34,7 +34,7 @@ fn header(settings: &Settings, tiles: u64, supports_digest: u32) -> PosteriorHea
         supports_digest,
         ..PosteriorHeader::default()
     };
-    header.settings_bytes = postcard::to_slice(settings, &mut header.settings).expect("they fit").len() as u32;
+    header.settings_bytes = postcard::to_slice(settings, &mut header.settings.0).expect("they fit").len() as u32;
     header
 }
 

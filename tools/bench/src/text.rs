@@ -29,7 +29,13 @@ pub fn columns(rows: &[Vec<String>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// The same as a table in Markdown, the first row as its head.
+/// The rows of a table that begins with the heads of its columns.
+#[must_use]
+pub fn headed<const N: usize>(heads: [&str; N]) -> Vec<Vec<String>> {
+    vec![heads.map(str::to_owned).to_vec()]
+}
+
+/// Rows of cells as a table in Markdown, the first row as its head.
 #[must_use]
 pub fn markdown(rows: &[Vec<String>]) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace('\n', " "));

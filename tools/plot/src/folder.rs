@@ -1,7 +1,7 @@
 //! Folders of pictures and text.
 
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -14,17 +14,17 @@ use crate::{
 };
 
 /// A folder that is filled file by file.
-pub struct PictureFolder<'a> {
-    folder: &'a Path,
+pub struct PictureFolder {
+    folder: PathBuf,
     /// What was written, in order.
     pub files: Vec<PathBuf>,
 }
 
-impl<'a> PictureFolder<'a> {
+impl PictureFolder {
     /// Makes the folder if need be: at once, before anything is learned in vain.
-    pub fn into(folder: &'a Path) -> anyhow::Result<Self> {
+    pub fn into(folder: &Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        Ok(Self { folder, files: Vec::new() })
+        Ok(Self { folder: folder.to_owned(), files: Vec::new() })
     }
 
     /// Charts.
@@ -49,16 +49,17 @@ impl<'a> PictureFolder<'a> {
 
     /// A file of text.
     pub fn text(&mut self, name: &str, text: &str) -> anyhow::Result<()> {
-        let file = self.folder.join(name);
-        fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
-        self.files.push(file);
-        Ok(())
+        self.write(name, |file| fs::write(file, text))
     }
 
     /// A picture.
     pub fn canvas(&mut self, name: &str, canvas: &Canvas) -> anyhow::Result<()> {
+        self.write(name, |file| canvas.write_png(file))
+    }
+
+    fn write(&mut self, name: &str, write: impl FnOnce(&Path) -> io::Result<()>) -> anyhow::Result<()> {
         let file = self.folder.join(name);
-        canvas.write_png(&file).with_context(|| format!("cannot write {}", file.display()))?;
+        write(&file).with_context(|| format!("cannot write {}", file.display()))?;
         self.files.push(file);
         Ok(())
     }

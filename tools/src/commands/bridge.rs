@@ -11,7 +11,7 @@ use tracing::info;
 
 use crate::{
     options::MapOptions,
-    output::{Output, Usage, table},
+    output::{Output, Usage},
     processes::{DomainOptions, json_lines::Onboarded},
 };
 
@@ -69,7 +69,7 @@ impl Bridge {
             info!("the device went without saying that it ends");
         }
         let onboarded = Onboarded::from(summary);
-        output.result(&onboarded, || text(&onboarded))
+        output.result(&onboarded, || onboarded.text(["on the device", "in its archive"]))
     }
 }
 
@@ -78,26 +78,13 @@ impl From<BridgeSummary> for Onboarded {
         Self {
             mapper: format!("{:016x}", summary.mapper),
             source_ended: summary.source_ended,
-            map: None,
             posterior: summary.posterior,
             tiles_resident: summary.tiles_resident,
             tiles_archived: summary.tiles_archived as usize,
             counters: summary.counters.into_iter().collect(),
-            // The deadline is the device's own, and so is what counts it.
-            deadline_ms: None,
-            slowest_update_ms: None,
             last_fault: summary.last_fault.as_ref().map(ToString::to_string),
+            // The deadline is the device's own, and so is what counts it.
+            ..Self::default()
         }
     }
-}
-
-fn text(onboarded: &Onboarded) -> String {
-    let mut rows = vec![
-        ("ended", if onboarded.source_ended { "with its source" } else { "when told to" }.to_owned()),
-        ("posterior", onboarded.posterior.clone()),
-        ("tiles", format!("{} on the device, {} in its archive", onboarded.tiles_resident, onboarded.tiles_archived)),
-    ];
-    rows.extend(onboarded.last_fault.as_ref().map(|fault| ("last fault", fault.clone())));
-    let counters: Vec<_> = onboarded.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
-    table(&rows) + "\n" + &table(&counters)
 }

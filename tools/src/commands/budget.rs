@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     options::MapOptions,
-    output::{Output, table},
+    output::{Output, headed, markdown, table},
 };
 
 /// Say what a map takes on a microcontroller: memory, instructions, scans per second
@@ -157,7 +157,12 @@ impl Budget {
         };
         output.result(&sheet, || {
             let rows = sheet.rows(self);
-            if self.markdown { markdown(&rows) } else { table(&rows) }
+            if !self.markdown {
+                return table(&rows);
+            }
+            let mut lines = headed(["what", "figure"]);
+            lines.extend(rows.into_iter().map(|(name, figure)| vec![name.to_owned(), figure]));
+            markdown(&lines)
         })
     }
 }
@@ -222,12 +227,4 @@ fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
     groups.join(" ")
-}
-
-fn markdown(rows: &[(&str, String)]) -> String {
-    let mut text = String::from("| what | figure |\n|---|---|\n");
-    for (name, value) in rows {
-        text += &format!("| {name} | {value} |\n");
-    }
-    text
 }

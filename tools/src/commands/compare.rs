@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    options::held,
+    options::{fraction, held, seconds},
     output::{Output, Usage, columns, markdown},
 };
 
@@ -47,7 +47,7 @@ pub(crate) struct Compare {
     #[arg(long = "holdout", value_parser = held(), value_delimiter = ',', default_values_t = [Held::Beams])]
     held: Vec<Held>,
     /// The part that is held out, above 0 and below 1
-    #[arg(long, default_value_t = 0.1, value_parser = super::evaluate::fraction, value_name = "PART")]
+    #[arg(long, default_value_t = 0.1, value_parser = fraction(), value_name = "PART")]
     fraction: f64,
     /// Seed of what is simulated and held out, and of contestants' dice
     #[arg(long, default_value_t = 1)]
@@ -59,7 +59,7 @@ pub(crate) struct Compare {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "N")]
     every: u32,
     /// Processor time that a contestant may learn on a task, seconds; then it is stopped, and not ranked
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds())]
     deadline: Option<f64>,
     /// How many tasks run at once
     #[arg(short, long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64), value_name = "N")]
@@ -161,9 +161,4 @@ fn list(output: &Output) -> anyhow::Result<()> {
         };
         listed.iter().map(one).collect()
     })
-}
-
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse::<f64>().ok().filter(|seconds| *seconds > 0.0 && seconds.is_finite());
-    seconds.ok_or_else(|| "expected a number of seconds above 0".to_owned())
 }

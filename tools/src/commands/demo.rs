@@ -1,6 +1,6 @@
-use bhm_bench::{evaluation::Truth, metrics::Scores};
+use bhm_bench::evaluation::Truth;
 use bhm_core::map::ModelledMap;
-use bhm_host::sim::{PoseNoise, World};
+use bhm_host::sim::PoseNoise;
 use clap::Args;
 
 use super::simulate::Simulated;
@@ -30,18 +30,14 @@ impl Demo {
         let mut arguments = self.part.arguments();
         arguments.extend(options.poses.arguments());
         arguments.extend(self.simulated.arguments());
-        let mut title = format!("bhm demo: simulated {}, seed {}", scene.name, self.simulated.seed());
+        let mut title = format!("bhm demo: simulated {}, seed {}", scene.name, self.simulated.seed);
         let PoseNoise { position_m, heading_rad } = self.simulated.pose_noise();
         if position_m > 0.0 || heading_rad > 0.0 {
             title += &format!(", poses off by {position_m} m, {heading_rad} rad");
         }
         let run = MappingRun { title: &title, source: "simulate", arguments, options };
-        run.run(&self.options, |map| score(map, &scene.world(), self.simulated.seed()), output)
+        // Against what is really there, at points that the map knows.
+        let truth = |map: &dyn ModelledMap<2>| Truth::known_to(map, &scene.world(), TEST_POINTS, self.simulated.seed);
+        run.run(&self.options, |map| Ok(truth(map).score(map)?), output)
     }
-}
-
-/// Scores the map against what really stands there at points that it knows; `None` if it knows none.
-fn score(map: &dyn ModelledMap<2>, world: &World, seed: u64) -> anyhow::Result<Option<Scores>> {
-    let truth = Truth::known_to(map, world, TEST_POINTS, seed);
-    Ok(truth.score(map)?)
 }

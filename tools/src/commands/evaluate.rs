@@ -18,7 +18,7 @@ use serde::Serialize;
 use tracing::info;
 
 use crate::{
-    options::{Effective, MapOptions, held},
+    options::{Effective, MapOptions, fraction, held},
     output::{Output, Usage, bytes, table},
     progress,
     reports::Learned,
@@ -34,7 +34,7 @@ pub(crate) struct Evaluate {
     #[arg(long, value_parser = held(), default_value_t = Held::Beams, conflicts_with = "train")]
     holdout: Held,
     /// The part that is held out, above 0 and below 1
-    #[arg(long, default_value_t = 0.1, value_parser = fraction, value_name = "PART", conflicts_with = "train")]
+    #[arg(long, default_value_t = 0.1, value_parser = fraction(), value_name = "PART", conflicts_with = "train")]
     fraction: f64,
     /// Seed of what is held out and of where held-out beams are asked
     #[arg(long, default_value_t = 1, conflicts_with = "train")]
@@ -198,9 +198,4 @@ impl Evaluated {
         ]);
         table(&rows)
     }
-}
-
-pub(super) fn fraction(text: &str) -> Result<f64, String> {
-    let fraction = text.parse::<f64>().ok().filter(|fraction| *fraction > 0.0 && *fraction < 1.0);
-    fraction.ok_or_else(|| "expected a number above 0 and below 1".to_owned())
 }

@@ -24,22 +24,23 @@ pub(crate) struct Experiment {
     which: Which,
 }
 
-macro_rules! experiments {
-    ($($experiment:ident),* $(,)?) => {
-        #[derive(Debug, clap::Subcommand)]
-        enum Which {
-            $($experiment($experiment)),*
-        }
-
-        impl Experiment {
-            pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-                match &self.which { $(Which::$experiment(experiment) => experiment.run(output)),* }
-            }
-        }
-    };
+impl Experiment {
+    pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
+        self.which.run(output)
+    }
 }
 
-experiments! { Granularity, Kernels, Placement, Poses, Relevance, Segments, Shapes }
+subcommands! {
+    enum Which {
+        Granularity(Granularity),
+        Kernels(Kernels),
+        Placement(Placement),
+        Poses(Poses),
+        Relevance(Relevance),
+        Segments(Segments),
+        Shapes(Shapes),
+    }
+}
 
 /// A log of which some is held out, and the map options: what most experiments begin with.
 #[derive(Args, Debug)]

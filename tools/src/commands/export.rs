@@ -14,7 +14,7 @@ use flate2::{Compression, write::GzEncoder};
 use serde::Serialize;
 
 use crate::{
-    options::held,
+    options::{fraction, held},
     output::{Output, Usage, table},
 };
 
@@ -25,16 +25,11 @@ pub(crate) struct Export {
     what: What,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum What {
-    Points(Points),
-}
+subcommands! { enum What { Points(Points) } }
 
 impl Export {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        match &self.what {
-            What::Points(points) => points.run(output),
-        }
+        self.what.run(output)
     }
 }
 
@@ -56,7 +51,7 @@ struct Points {
     #[arg(long, value_parser = held(), default_value_t = Held::Beams)]
     holdout: Held,
     /// The part that is held out, above 0 and below 1
-    #[arg(long, default_value_t = 0.1, value_parser = super::evaluate::fraction, value_name = "PART")]
+    #[arg(long, default_value_t = 0.1, value_parser = fraction(), value_name = "PART")]
     fraction: f64,
     /// Seed of what is simulated and held out, and of where points lie
     #[arg(long, default_value_t = 1)]

@@ -33,7 +33,7 @@ struct Facts {
     tiles: usize,
     tile_bytes: usize,
     /// Around everything that was observed; null if nothing was.
-    observed_m: Option<Observed>,
+    observed_m: Option<Bounds>,
     path_points: usize,
     path_length_m: f32,
     profile: String,
@@ -55,17 +55,10 @@ struct SupportsFacts {
     source: String,
 }
 
-#[derive(Clone, Copy, Serialize)]
-struct Observed {
-    min: [f32; 2],
-    max: [f32; 2],
-}
-
 impl Info {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Snapshot { map, extras: Extras { profile, path_m } } = snapshot::load(&self.map)?;
         let (scans, newest_stamp_ns) = map.progress();
-        let observed = observed(&*map).map(|Bounds { min, max }| Observed { min, max });
         let name = profile::named(&profile).map_or("", |profile| profile.name);
         let made_with =
             Effective::of(Profile { name, purpose: "", settings: *map.settings(), capacities: *map.capacities() });
@@ -77,7 +70,7 @@ impl Info {
             newest_stamp_ns,
             tiles: map.tile_indices().len(),
             tile_bytes: map.bytes().1,
-            observed_m: observed,
+            observed_m: observed(&*map),
             path_points: path_m.len(),
             path_length_m: path_m.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum(),
             profile,
@@ -86,9 +79,8 @@ impl Info {
         };
         let settings = made_with.configuration()?;
         output.result(&facts, || {
-            let area = |Observed { min, max }| {
-                format!("x {:.1} to {:.1} m, y {:.1} to {:.1} m", min[0], max[0], min[1], max[1])
-            };
+            let area =
+                |Bounds { min, max }| format!("x {:.1} to {:.1} m, y {:.1} to {:.1} m", min[0], max[0], min[1], max[1]);
             let mut rows = vec![
                 ("file", format!("format version {}, {}", facts.format_version, bytes(facts.bytes as usize))),
                 ("posterior", facts.posterior.clone()),

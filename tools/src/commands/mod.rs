@@ -1,5 +1,23 @@
 //! One file per subcommand: its options, and `run`. A new one is its file, its `mod` line, and its line in the list.
 
+/// An enumeration of subcommands, each of which runs itself.
+macro_rules! subcommands {
+    ($visibility:vis enum $name:ident { $($command:ident($options:ty)),* $(,)? }) => {
+        /// What can be done.
+        #[derive(Debug, clap::Subcommand)]
+        $visibility enum $name {
+            $($command($options)),*
+        }
+
+        impl $name {
+            /// Does it.
+            $visibility fn run(&self, output: &crate::output::Output) -> anyhow::Result<()> {
+                match self { $(Self::$command(command) => command.run(output)),* }
+            }
+        }
+    };
+}
+
 mod bridge;
 mod budget;
 mod build;
@@ -22,45 +40,28 @@ mod simulate;
 mod tune;
 mod watch;
 
-use crate::output::Output;
-
-macro_rules! commands {
-    ($($command:ident in $module:ident),* $(,)?) => {
-        /// What can be done.
-        #[derive(Debug, clap::Subcommand)]
-        pub(crate) enum Command {
-            $($command($module::$command)),*
-        }
-
-        impl Command {
-            /// Does it.
-            pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-                match self { $(Self::$command(command) => command.run(output)),* }
-            }
-        }
-    };
-}
-
-commands! {
-    Demo in demo,
-    Replay in replay,
-    Onboard in onboard,
-    Bridge in bridge,
-    Budget in budget,
-    Simulate in simulate,
-    Play in play,
-    Watch in watch,
-    Build in build,
-    Query in query,
-    Render in render,
-    Info in info,
-    Evaluate in evaluate,
-    Compare in compare,
-    Export in export,
-    Score in score,
-    Reproduce in reproduce,
-    Learn in learn,
-    Tune in tune,
-    Experiment in experiment,
-    Completions in completions,
+subcommands! {
+    pub(crate) enum Command {
+        Demo(demo::Demo),
+        Replay(replay::Replay),
+        Onboard(onboard::Onboard),
+        Bridge(bridge::Bridge),
+        Budget(budget::Budget),
+        Simulate(simulate::Simulate),
+        Play(play::Play),
+        Watch(watch::Watch),
+        Build(build::Build),
+        Query(query::Query),
+        Render(render::Render),
+        Info(info::Info),
+        Evaluate(evaluate::Evaluate),
+        Compare(compare::Compare),
+        Export(export::Export),
+        Score(score::Score),
+        Reproduce(reproduce::Reproduce),
+        Learn(learn::Learn),
+        Tune(tune::Tune),
+        Experiment(experiment::Experiment),
+        Completions(completions::Completions),
+    }
 }

@@ -10,7 +10,7 @@ use tracing::info;
 
 use crate::{
     options::MapOptions,
-    output::{Output, Usage, table},
+    output::{Output, Usage},
     processes::{Deadline, DomainOptions, json_lines::Onboarded},
 };
 
@@ -82,19 +82,6 @@ impl Onboard {
             other => anyhow::Error::from(other),
         })?;
         let Some(onboarded) = result else { return Ok(()) };
-        output.result(&onboarded, || text(&onboarded))
+        output.result(&onboarded, || onboarded.text(["in the store", "in the archive"]))
     }
-}
-
-fn text(onboarded: &Onboarded) -> String {
-    let mut rows = vec![("ended", if onboarded.source_ended { "with its source" } else { "when told to" }.to_owned())];
-    rows.extend(onboarded.map.as_ref().map(|map| ("map", map.display().to_string())));
-    rows.extend([
-        ("posterior", onboarded.posterior.clone()),
-        ("tiles", format!("{} in the store, {} in the archive", onboarded.tiles_resident, onboarded.tiles_archived)),
-    ]);
-    rows.extend(onboarded.updates().map(|updates| ("updates", updates)));
-    rows.extend(onboarded.last_fault.as_ref().map(|fault| ("last fault", fault.clone())));
-    let counters: Vec<_> = onboarded.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
-    table(&rows) + "\n" + &table(&counters)
 }

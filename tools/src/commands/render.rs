@@ -1,10 +1,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use bhm_host::{
-    map::AnyMap,
-    snapshot::{self, Snapshot},
-};
+use bhm_host::snapshot::{self, Snapshot};
 use bhm_plot::{
     map_picture::{Drawn, MapPicture, Quantity, worth_drawing},
     picture::Bounds,
@@ -58,10 +55,9 @@ struct Rendered {
 impl Render {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
         let Snapshot { map, extras } = snapshot::load(&self.map)?;
-        let bounds_m = match self.bounds {
-            Some(bounds) => bounds,
-            None => self.observed(&*map)?,
-        };
+        let bounds_m = self.bounds.or_else(|| worth_drawing(&*map)).with_context(|| {
+            format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
+        })?;
         let file_name = self.map.file_name().unwrap_or_default().to_string_lossy();
         let picture = MapPicture {
             map: &*map,
@@ -82,12 +78,6 @@ impl Render {
                 ("map", format!("{width_px} x {height_px} pixels")),
                 ("area", format!("x {} to {} m, y {} to {} m", min_m[0], max_m[0], min_m[1], max_m[1])),
             ])
-        })
-    }
-
-    fn observed(&self, map: &dyn AnyMap) -> anyhow::Result<Bounds> {
-        worth_drawing(map).with_context(|| {
-            format!("{}: the map has learned nothing yet; say with --bounds what to draw", self.map.display())
         })
     }
 }

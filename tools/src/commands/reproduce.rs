@@ -3,7 +3,10 @@ use std::{env, path::PathBuf};
 use bhm_bench::reproduction;
 use clap::Args;
 
-use crate::output::{Output, Usage};
+use crate::{
+    options::seconds,
+    output::{Output, Usage},
+};
 
 /// Reproduce the paper's tables and figures as a report: every system, every dataset, one page
 ///
@@ -20,7 +23,7 @@ pub(crate) struct Reproduce {
     #[arg(long)]
     quick: bool,
     /// Processor time that a contestant may learn on a task, seconds [default: 40 and for the log 100, with --quick 1]
-    #[arg(long, value_name = "S", value_parser = super::compare::seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds())]
     deadline: Option<f64>,
     /// Seed of the simulated worlds, of what is held out, and of contestants' dice
     #[arg(long, default_value_t = 1)]

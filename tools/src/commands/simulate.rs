@@ -1,7 +1,11 @@
 use bhm_host::sim::{PoseNoise, Scene, Simulation};
-use clap::{Args, builder::PossibleValuesParser};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 
 use crate::{
+    options::number,
     output::Output,
     processes::{DomainOptions, Sending},
 };
@@ -25,12 +29,12 @@ pub(crate) struct Simulated {
     scene: String,
     /// Seed of all noise
     #[arg(long, default_value_t = 1)]
-    seed: u64,
+    pub(crate) seed: u64,
     /// Standard deviation of the position that the robot reports, along each axis, metres
-    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = deviation)]
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = deviation())]
     position_noise: f64,
     /// Standard deviation of the heading that the robot reports, radians
-    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = deviation)]
+    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = deviation())]
     heading_noise: f64,
 }
 
@@ -38,11 +42,6 @@ impl Simulated {
     /// The scene.
     pub(crate) fn scene(&self) -> anyhow::Result<&'static Scene> {
         Ok(Scene::named(&self.scene)?)
-    }
-
-    /// Seed of everything that is drawn by lot.
-    pub(crate) fn seed(&self) -> u64 {
-        self.seed
     }
 
     /// How far off the poses are that the robot reports.
@@ -76,7 +75,6 @@ impl Simulate {
     }
 }
 
-fn deviation(text: &str) -> Result<f64, String> {
-    let deviation = text.parse::<f64>().ok().filter(|deviation| *deviation >= 0.0 && deviation.is_finite());
-    deviation.ok_or_else(|| "expected a standard deviation of at least 0".to_owned())
+fn deviation() -> impl TypedValueParser<Value = f64> {
+    number(|deviation| *deviation >= 0.0 && deviation.is_finite(), "a standard deviation of at least 0")
 }

@@ -5,7 +5,7 @@ use bhm_core::{
     beam::AnyBeamRule,
     kernel::KernelSettings,
     prior::PriorSettings,
-    profile::Capacities,
+    profile::{self, Capacities},
     rule::AnyRule,
     settings::{BiasSettings, Settings},
     support::SupportSettings,
@@ -13,10 +13,12 @@ use bhm_core::{
 use serde::{Deserialize, Serialize};
 use toml::{
     Spanned, Table, Value,
-    de::{DeTable, DeValue},
+    de::{DeTable, DeValue, ValueDeserializer},
 };
 
-use super::map_option::{Kind, MapOption, VARIANT};
+use tracing::info;
+
+use super::map_option::{MapOption, VARIANT};
 
 /// Everything that a configuration says, whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,16 +53,16 @@ impl Configuration {
 
 /// Where one of several variants is chosen, and what a configuration has of each.
 struct Choice {
-    path: &'static [&'static str],
+    path: &'static str,
     what: &'static str,
     names: fn() -> Vec<&'static str>,
     defaults: fn(&str) -> Option<Table>,
 }
 
 macro_rules! choices {
-    ($($path:expr => $type:ty),* $(,)?) => {
+    ($($path:literal => $type:ty),* $(,)?) => {
         [$(Choice {
-            path: &$path,
+            path: $path,
             what: <$type>::WHAT,
             names: || <$type>::ALL.iter().map(<$type>::name).collect(),
             defaults: |name| <$type>::named(name).map(|variant| table_of(&variant)),
@@ -69,21 +71,21 @@ macro_rules! choices {
 }
 
 const CHOICES: [Choice; 5] = choices! {
-    ["settings", "kernel"] => KernelSettings,
-    ["settings", "support"] => SupportSettings,
-    ["settings", "prior"] => PriorSettings,
-    ["settings", "beam"] => AnyBeamRule,
-    ["settings", "rule"] => AnyRule,
+    "settings.kernel" => KernelSettings,
+    "settings.support" => SupportSettings,
+    "settings.prior" => PriorSettings,
+    "settings.beam" => AnyBeamRule,
+    "settings.rule" => AnyRule,
 };
 
 /// Keys that a configuration may have and a profile has not.
-const OPTIONAL: [&[&str]; 3] = [&["supports"], &["max_range_m"], &["settings", "tile", "count"]];
+const OPTIONAL: [&str; 3] = ["supports", "max_range_m", "settings.tile.count"];
 
 /// Where there is one key of several, with what belongs to it: another one takes its place.
-const ONE_OF: [&[&str]; 1] = [&["settings", "rule", "jaakkola-jordan", "start"]];
+const ONE_OF: [&str; 1] = ["settings.rule.jaakkola-jordan.start"];
 
 /// Where a bias stands, which is there or not: a table, or on and off as `true` and `false`.
-const BIAS: [&str; 2] = ["settings", "bias"];
+const BIAS: &str = "settings.bias";
 
 /// A layer cannot be taken: what is wrong, and where in the layer's text, if it is a file.
 #[derive(Debug)]
@@ -92,9 +94,9 @@ pub(super) struct Problem {
     pub(super) at: Option<usize>,
 }
 
-impl Problem {
-    fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), at: None }
+impl From<String> for Problem {
+    fn from(message: String) -> Self {
+        Self { message, at: None }
     }
 }
 
@@ -141,51 +143,72 @@ impl Document {
             at: Some(error.span().map_or(0, |span| span.start)),
         })?;
         let parsed = parsed.get_ref();
+        let mut kernel_alone = false;
         if let Some(DeValue::Table(capacities)) = parsed.get("capacities").map(Spanned::get_ref) {
             self.capacities_named.extend(capacities.keys().map(|key| key.get_ref().to_string()));
         }
         if let Some(DeValue::Table(settings)) = parsed.get("settings").map(Spanned::get_ref) {
             self.tile_named |= settings.contains_key("tile");
+            kernel_alone = settings.contains_key("kernel") && !settings.contains_key("prior");
         }
-        lay_table(&mut self.table, parsed, &mut Vec::new())
+        lay_table(&mut self.table, parsed, "")?;
+        if kernel_alone {
+            self.suit_prior();
+        }
+        Ok(())
+    }
+
+    /// Takes independent weights where the prior so far is not defined for the kernel that was chosen, and says so.
+    fn suit_prior(&mut self) {
+        let Some(Value::Table(settings)) = self.table.get_mut("settings") else { return };
+        let chosen = |name: &str| settings.get(name).cloned();
+        // What cannot be read is said when everything is.
+        let kernel: Option<KernelSettings> = chosen("kernel").and_then(|kernel| kernel.try_into().ok());
+        let prior: Option<PriorSettings> = chosen("prior").and_then(|prior| prior.try_into().ok());
+        if let (Some(kernel), Some(prior)) = (kernel, prior)
+            && prior.or_white(&kernel) != prior
+        {
+            info!("prior white: {} is not defined for the kernel {}", prior.name(), kernel.name());
+            settings.insert("prior".to_owned(), Value::Table(table_of(&prior.or_white(&kernel))));
+        }
     }
 
     /// Lays one option's value over what is there.
-    pub(super) fn set(&mut self, option: &MapOption, value: Value) -> Result<(), Problem> {
-        let (key, parents) = option.path.split_last().unwrap_or((&"", &[]));
-        if option.path.first() == Some(&"capacities") {
-            self.capacities_named.push((*key).to_owned());
+    pub(super) fn set(&mut self, option: &MapOption, value: Value) -> Result<(), String> {
+        let mut parents: Vec<&str> = option.path.split('.').collect();
+        let key = parents.pop().unwrap_or_default();
+        if parents == ["capacities"] {
+            self.capacities_named.push(key.to_owned());
         }
         let mut table = &mut self.table;
-        let mut path: Vec<String> = Vec::new();
-        for parent in parents {
+        let mut place = String::new();
+        for parent in &parents {
             let name = match *parent {
                 VARIANT => table.keys().next().cloned().unwrap_or_default(),
                 name => name.to_owned(),
             };
             table = match table.entry(name.clone()).or_insert_with(|| Value::Table(Table::new())) {
                 Value::Table(inner) => inner,
-                _ => return Err(Problem::new(format!("--{}: `{}` is no table", option.flag, path.join(".")))),
+                _ => return Err(format!("--{}: `{name}` is no table", option.flag)),
             };
-            path.push(name);
+            place = name;
         }
-        let of_variant = parents.contains(&VARIANT);
-        if of_variant && !table.contains_key(*key) {
-            let variant = path.last().cloned().unwrap_or_default();
-            return Err(Problem::new(format!("--{}: {variant} has no {}", option.flag, option.flag)));
+        if parents.contains(&VARIANT) && !table.contains_key(key) {
+            return Err(format!("--{}: {place} has no {}", option.flag, option.flag));
         }
-        let value = match (&option.kind, &value) {
-            (Kind::Choice(_), Value::String(name)) if option.path.len() > 1 => {
-                let current = table.get(*key).and_then(Value::as_table).cloned().unwrap_or_default();
-                Value::Table(choose(option.path, name, &current)?)
-            }
-            (Kind::Switch, Value::Boolean(on)) => {
-                switch(table, key, *on);
+        let choice = CHOICES.iter().find(|choice| choice.path == option.path);
+        let value = match (choice, value) {
+            (Some(choice), Value::String(name)) => Value::Table(choice.choose(&name, table.get(key))?),
+            (None, Value::Boolean(on)) => {
+                switch(table, key, on);
                 return Ok(());
             }
-            _ => value,
+            (_, value) => value,
         };
-        table.insert((*key).to_owned(), value);
+        table.insert(key.to_owned(), value);
+        if option.path == "settings.kernel" {
+            self.suit_prior();
+        }
         Ok(())
     }
 
@@ -193,16 +216,17 @@ impl Document {
     pub(super) fn number(&self, option: &MapOption) -> Result<f32, String> {
         let mut table = &self.table;
         let mut place = "configuration";
-        let (key, parents) = option.path.split_last().unwrap_or((&"", &[]));
+        let mut parents: Vec<&str> = option.path.split('.').collect();
+        let key = parents.pop().unwrap_or_default();
         for parent in parents {
-            let found = match *parent {
+            let found = match parent {
                 VARIANT => table.iter().next(),
                 name => table.get_key_value(name),
             };
             let Some((name, Value::Table(inner))) = found else { break };
             (place, table) = (name, inner);
         }
-        match table.get(*key) {
+        match table.get(key) {
             Some(Value::Float(number)) => Ok(*number as f32),
             Some(Value::Integer(number)) => Ok(*number as f32),
             _ => Err(format!("{place} has no {}", option.flag)),
@@ -231,88 +255,94 @@ fn switch(table: &mut Table, key: &str, on: bool) {
     }
 }
 
-/// The variant of that name with its default settings, and what it has in common with the one that was chosen before.
-fn choose(path: &[&str], name: &str, before: &Table) -> Result<Table, Problem> {
-    let choice = CHOICES.iter().find(|choice| choice.path == path);
-    let choice = choice.ok_or_else(|| Problem::new(format!("`{}` is not a choice", path.join("."))))?;
-    let mut table = (choice.defaults)(name).ok_or_else(|| {
-        let names = (choice.names)().join(", ");
-        Problem::new(format!("unknown {} `{name}`, expected one of {names}", choice.what))
-    })?;
-    if before.contains_key(name) {
-        return Ok(before.clone());
+/// What an option at this place chooses among.
+pub(super) fn names(path: &str) -> Vec<&'static str> {
+    match CHOICES.iter().find(|choice| choice.path == path) {
+        Some(choice) => (choice.names)(),
+        None => profile::ALL.map(|profile| profile.name).to_vec(),
     }
-    let old = before.values().next().and_then(Value::as_table);
-    if let (Some(Value::Table(new)), Some(old)) = (table.get_mut(name), old) {
-        for (key, value) in new.iter_mut() {
-            if let Some(kept) = old.get(key) {
-                *value = kept.clone();
-            }
-        }
-    }
-    Ok(table)
 }
 
-fn lay_table(base: &mut Table, layer: &DeTable<'_>, path: &mut Vec<String>) -> Result<(), Problem> {
-    let is_at = |known: &[&str], path: &[String]| known.iter().copied().eq(path.iter().map(String::as_str));
+impl Choice {
+    /// The variant of that name with its default settings, and what it has in common with the one that was chosen before.
+    fn choose(&self, name: &str, before: Option<&Value>) -> Result<Table, String> {
+        let mut table = (self.defaults)(name)
+            .ok_or_else(|| format!("unknown {} `{name}`, expected one of {}", self.what, (self.names)().join(", ")))?;
+        let Some(before) = before.and_then(Value::as_table) else { return Ok(table) };
+        if before.contains_key(name) {
+            return Ok(before.clone());
+        }
+        let old = before.values().next().and_then(Value::as_table);
+        if let (Some(Value::Table(new)), Some(old)) = (table.get_mut(name), old) {
+            for (key, value) in new.iter_mut() {
+                *value = old.get(key).unwrap_or(value).clone();
+            }
+        }
+        Ok(table)
+    }
+}
+
+/// Lays a table of a file over that which stands at `parent`.
+fn lay_table(base: &mut Table, layer: &DeTable<'_>, parent: &str) -> Result<(), Problem> {
     for (key, value) in layer {
         let at = |message: String| Problem { message, at: Some(key.span().start) };
-        path.push(key.get_ref().to_string());
         let name = key.get_ref().as_ref();
-        if let Some(choice) = CHOICES.iter().find(|choice| is_at(choice.path, path)) {
-            let current = base.get(name).and_then(Value::as_table).cloned().unwrap_or_default();
-            let located = |problem: Problem| at(problem.message);
+        let path = &below(parent, name);
+        if let Some(choice) = CHOICES.iter().find(|choice| choice.path == path) {
             let chosen = match value.get_ref() {
-                DeValue::String(variant) => choose(choice.path, variant, &current).map_err(located)?,
+                DeValue::String(variant) => choice.choose(variant, base.get(name)).map_err(at)?,
                 DeValue::Table(layer) if layer.len() == 1 => {
-                    let variant = layer.iter().next().map(|(key, _)| key.get_ref().to_string()).unwrap_or_default();
-                    let mut chosen = choose(choice.path, &variant, &current).map_err(located)?;
+                    let variant = layer.keys().next().map_or("", |key| key.get_ref());
+                    let mut chosen = choice.choose(variant, base.get(name)).map_err(at)?;
                     lay_table(&mut chosen, layer, path)?;
                     chosen
                 }
                 _ => return Err(at(format!("expected the name of one {}, or a table of that name", choice.what))),
             };
             base.insert(name.to_owned(), Value::Table(chosen));
-        } else {
-            match (base.get_mut(name), value.get_ref()) {
-                (_, DeValue::Boolean(on)) if is_at(&BIAS, path) => switch(base, name, *on),
-                (None, DeValue::Table(layer)) if is_at(&BIAS, path) => {
-                    let mut bias = table_of(&BiasSettings::DEFAULT);
-                    lay_table(&mut bias, layer, path)?;
-                    base.insert(name.to_owned(), Value::Table(bias));
+            continue;
+        }
+        match (base.get_mut(name), value.get_ref()) {
+            (_, DeValue::Boolean(on)) if path == BIAS => switch(base, name, *on),
+            (None, DeValue::Table(layer)) if path == BIAS => {
+                let mut bias = table_of(&BiasSettings::DEFAULT);
+                lay_table(&mut bias, layer, path)?;
+                base.insert(name.to_owned(), Value::Table(bias));
+            }
+            (Some(Value::Table(inner)), DeValue::Table(layer)) if !ONE_OF.contains(&path.as_str()) => {
+                lay_table(inner, layer, path)?;
+            }
+            (Some(before), _) => {
+                let value = plain(value);
+                if let Some(expected) = misfit(before, &value) {
+                    return Err(at(format!("`{path}` is {value}, expected {expected}")));
                 }
-                (Some(Value::Table(inner)), DeValue::Table(layer))
-                    if !ONE_OF.iter().any(|known| is_at(known, path)) =>
-                {
-                    lay_table(inner, layer, path)?;
-                }
-                (Some(before), _) => {
-                    let value = plain(value);
-                    if let Some(expected) = misfit(before, &value) {
-                        return Err(at(format!("`{}` is {value}, expected {expected}", path.join("."))));
-                    }
-                    *before = value;
-                }
-                (None, _) if OPTIONAL.iter().any(|known| is_at(known, path)) => {
-                    base.insert(name.to_owned(), plain(value));
-                }
-                (None, _) => {
-                    let known = fields(base, &path[..path.len() - 1]).join("`, `");
-                    return Err(at(format!("unknown field `{name}`, expected one of `{known}`")));
-                }
+                *before = value;
+            }
+            (None, _) if OPTIONAL.contains(&path.as_str()) => {
+                base.insert(name.to_owned(), plain(value));
+            }
+            (None, _) => {
+                let known = fields(base, parent).join("`, `");
+                return Err(at(format!("unknown field `{name}`, expected one of `{known}`")));
             }
         }
-        path.pop();
     }
     Ok(())
 }
 
+/// Where a key stands whose table is at `parent`; a key with a dot in it is quoted, as in a file.
+fn below(parent: &str, key: &str) -> String {
+    let key = if key.contains('.') { format!("{key:?}") } else { key.to_owned() };
+    if parent.is_empty() { key } else { format!("{parent}.{key}") }
+}
+
 /// The fields that a table at this place may have: those that it has, and those that may be absent.
-fn fields<'t>(table: &'t Table, path: &[String]) -> Vec<&'t str> {
-    let absent =
-        OPTIONAL.into_iter().chain([&BIAS[..]]).filter_map(|known| known.split_last()).filter_map(|(key, parents)| {
-            (parents.iter().copied().eq(path.iter().map(String::as_str)) && !table.contains_key(*key)).then_some(*key)
-        });
+fn fields<'t>(table: &'t Table, path: &str) -> Vec<&'t str> {
+    let absent = OPTIONAL.into_iter().chain([BIAS]).filter_map(|known| {
+        let key = known.rsplit('.').next()?;
+        (below(path, key) == known && !table.contains_key(key)).then_some(key)
+    });
     let mut fields: Vec<_> = table.keys().map(String::as_str).chain(absent).collect();
     fields.sort_unstable();
     fields
@@ -334,19 +364,7 @@ fn misfit(before: &Value, value: &Value) -> Option<&'static str> {
     }
 }
 
-/// A value without its places in the text.
+/// A value without its places in the text; not a number if it is a whole number that is too large.
 fn plain(value: &Spanned<DeValue<'_>>) -> Value {
-    match value.get_ref() {
-        DeValue::String(text) => Value::String(text.to_string()),
-        DeValue::Integer(number) => {
-            i64::from_str_radix(number.as_str(), number.radix()).map_or(Value::Float(f64::NAN), Value::Integer)
-        }
-        DeValue::Float(number) => Value::Float(number.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(on) => Value::Boolean(*on),
-        DeValue::Datetime(time) => Value::Datetime(*time),
-        DeValue::Array(values) => Value::Array(values.iter().map(plain).collect()),
-        DeValue::Table(table) => {
-            Value::Table(table.iter().map(|(key, value)| (key.get_ref().to_string(), plain(value))).collect())
-        }
-    }
+    Value::deserialize(ValueDeserializer::from(value.clone())).unwrap_or(Value::Float(f64::NAN))
 }

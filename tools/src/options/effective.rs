@@ -156,7 +156,7 @@ impl Effective {
         let mut document = Document::of(&Self { profile, ..self.clone() }.whole());
         document.capacities_named = vec!["tiles".to_owned()];
         for (option, value) in numbers {
-            document.set(option, Value::Float(f64::from(*value))).map_err(|problem| problem.message)?;
+            document.set(option, Value::Float(f64::from(*value)))?;
         }
         Self::of_document(named, &document, self.supports.as_ref())
             .map_err(|unusable| format!("{:#}", anyhow::Error::from(unusable)))

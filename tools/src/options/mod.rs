@@ -14,7 +14,7 @@ use std::{
 use anyhow::Context;
 use bhm_core::profile::{self, Profile};
 use clap::{
-    Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches,
+    Arg, ArgMatches, Args, Command, FromArgMatches,
     builder::{BoolishValueParser, PossibleValuesParser},
     parser::ValueSource,
     value_parser,
@@ -23,7 +23,7 @@ use toml::{Table, Value};
 use tracing::warn;
 
 pub(crate) use self::{
-    choice::held,
+    choice::{fraction, held, number, seconds},
     effective::{Effective, SupportsFile},
     map_option::MapOption,
     poses::PoseDeviations,
@@ -38,33 +38,29 @@ use crate::output::{self, Usage};
 /// What the firmware is built with.
 const FIRMWARE_PROFILE: Profile = profile::COMPACT;
 
+/// Options about all map options together.
+#[derive(Args, Clone, Debug, Default)]
+struct ConfigOptions {
+    /// TOML file of map options, as --print-config writes it, whole or in part; unknown keys are refused
+    #[arg(long, env = "BHM_CONFIG", value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Print the map options in effect, as such a file, and exit
+    #[arg(long)]
+    print_config: bool,
+}
+
 /// How a command is told what map to make: flag before environment (`BHM_SPACING` for `--spacing`) before configuration file
 /// before profile.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MapOptions {
-    config: Option<PathBuf>,
-    print_config: bool,
+    all: ConfigOptions,
     /// In the order of [`MAP_OPTIONS`].
     given: Vec<(&'static MapOption, Value)>,
 }
 
 impl Args for MapOptions {
     fn augment_args(command: Command) -> Command {
-        const HEADING: &str = "Map options";
-        let command = command.next_help_heading(HEADING).args([
-            Arg::new("config")
-                .long("config")
-                .env("BHM_CONFIG")
-                .value_name("FILE")
-                .value_parser(value_parser!(PathBuf))
-                .help(
-                    "TOML file of map options, as --print-config writes it, whole or in part; unknown keys are refused",
-                ),
-            Arg::new("print_config")
-                .long("print-config")
-                .action(ArgAction::SetTrue)
-                .help("Print the map options in effect, as such a file, and exit"),
-        ]);
+        let command = ConfigOptions::augment_args(command.next_help_heading("Map options"));
         command.args(MAP_OPTIONS.iter().map(MapOption::argument))
     }
 
@@ -81,8 +77,7 @@ impl FromArgMatches for MapOptions {
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.config = matches.get_one("config").cloned();
-        self.print_config = matches.get_flag("print_config");
+        self.all = ConfigOptions::from_arg_matches(matches)?;
         let given = MAP_OPTIONS.iter().filter(|option| {
             matches!(matches.value_source(option.flag), Some(ValueSource::CommandLine | ValueSource::EnvVariable))
         });
@@ -98,7 +93,7 @@ impl MapOption {
         match self.kind {
             Kind::Number => argument.value_parser(value_parser!(f32)),
             Kind::Count => argument.value_parser(value_parser!(u32)),
-            Kind::Choice(names) => argument.value_parser(PossibleValuesParser::new(names())),
+            Kind::Choice => argument.value_parser(PossibleValuesParser::new(document::names(self.path))),
             Kind::Switch => argument.value_parser(BoolishValueParser::new()),
             Kind::File => argument.value_parser(value_parser!(String)),
         }
@@ -108,7 +103,7 @@ impl MapOption {
         match self.kind {
             Kind::Number => matches.get_one::<f32>(self.flag).map(|number| Value::Float(f64::from(*number))),
             Kind::Count => matches.get_one::<u32>(self.flag).map(|count| Value::Integer(i64::from(*count))),
-            Kind::Choice(_) | Kind::File => matches.get_one::<String>(self.flag).cloned().map(Value::String),
+            Kind::Choice | Kind::File => matches.get_one::<String>(self.flag).cloned().map(Value::String),
             Kind::Switch => matches.get_one::<bool>(self.flag).copied().map(Value::Boolean),
         }
     }
@@ -154,7 +149,7 @@ impl MapOptions {
         default_profile: &'static Profile,
         defaults: &[(&str, f32)],
     ) -> anyhow::Result<Option<Effective>> {
-        let file = self.config.as_deref().map(|path| read(path).map(|text| (path, text))).transpose()?;
+        let file = self.all.config.as_deref().map(|path| read(path).map(|text| (path, text))).transpose()?;
         let text = file.as_ref().map(|(_, text)| text.as_str());
         let fault = |problem: document::Problem| match (&file, problem.at) {
             (Some((path, text)), Some(at)) => {
@@ -182,7 +177,7 @@ impl MapOptions {
                 warn!("{}: learned with the kernel {learned}, used with {used}", path.display());
             }
         }
-        if self.print_config {
+        if self.all.print_config {
             output::print(&effective.configuration()?)?;
             return Ok(None);
         }
@@ -201,7 +196,7 @@ impl MapOptions {
         let in_file = in_file.as_ref().and_then(|table| table.get("profile")?.as_str());
         let name = given.or(in_file).unwrap_or(default_profile.name);
         let Some(named) = profile::named(name) else {
-            let names = profile::ALL.map(|profile| profile.name).join(", ");
+            let names = document::names("profile").join(", ");
             return Ok(Err(Unusable::Meant(format!("unknown profile `{name}`, expected one of {names}"))));
         };
         let mut document = Document::of(&Effective::of(*named).whole());

@@ -33,7 +33,7 @@ fn a_printed_configuration_means_the_same() {
         &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
         &["--pose-deviation=0.05", "--heading-deviation=0.01"],
         &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
-        &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior-precision=1e-3", "--spacing=0.1"],
+        &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior=white", "--prior-precision=1e-3", "--spacing=0.1"],
         &["--kernel=two-scales", "--kernel-shape=0.3", "--support=rectangle", "--support-samples=3"],
     ] {
         let expected = effective(arguments).unwrap();

@@ -98,15 +98,14 @@ impl ProcessGroup {
     pub(super) fn start(maker: &Maker<'_>) -> anyhow::Result<Self> {
         let domain = TemporaryDomain::new()?;
         let name = domain.name();
-        let until_end = ["--until-end".to_owned()];
+        let until_end = "--until-end".to_owned();
         let (onboard, firmware, reader) = match maker {
             Maker::Onboard { config, map, deadline } => {
                 let [config, map] = [("--config", config), ("--save", map)].map(|(option, path)| {
                     let path = path.to_str().with_context(|| format!("{} is not Unicode", path.display()))?;
                     anyhow::Ok(format!("{option}={path}"))
                 });
-                let [until_end] = until_end.clone();
-                let mut arguments = vec![until_end, "--consumers=1".to_owned(), config?, map?];
+                let mut arguments = vec![until_end.clone(), "--consumers=1".to_owned(), config?, map?];
                 arguments.extend(deadline.arguments());
                 (Child::start("onboard", name, &arguments)?, None, None)
             }
@@ -114,14 +113,13 @@ impl ProcessGroup {
                 let participant = domain.join("bhm-group")?;
                 let socket = domain.root().join("firmware.socket");
                 let running = firmware.start(&socket)?;
-                let [until_end] = until_end.clone();
                 let port = format!("--port={}", firmware::address(&socket));
-                let arguments = [until_end, "--consumers=2".to_owned(), "--wait=30".to_owned(), port];
+                let arguments = [until_end.clone(), "--consumers=2".to_owned(), "--wait=30".to_owned(), port];
                 let bridge = Child::start("bridge", name, &arguments)?;
                 (bridge, Some(running), Some(Reader { subscriber: None, participant }))
             }
         };
-        let watch = Child::start("watch", name, &until_end)?;
+        let watch = Child::start("watch", name, &[until_end])?;
         let (source, first_ended, log) = (None, None, GroupLog::default());
         Ok(Self { onboard, watch, source, firmware, reader, first_ended, domain, log })
     }

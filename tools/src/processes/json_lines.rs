@@ -4,6 +4,8 @@ use std::{collections::BTreeMap, path::PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::output::table;
+
 /// A line of a source of scans.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -35,7 +37,7 @@ pub(crate) struct Sent {
 }
 
 /// What the onboard process says at its end.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Onboarded {
     pub(crate) mapper: String,
     /// Whether the source ended, rather than this process being stopped.
@@ -54,6 +56,23 @@ pub(crate) struct Onboarded {
 }
 
 impl Onboarded {
+    /// For the terminal; `places` says where the tiles are that are resident, and where those that are archived.
+    pub(crate) fn text(&self, places: [&str; 2]) -> String {
+        let Self { posterior, tiles_resident, tiles_archived, .. } = self;
+        let ended = if self.source_ended { "with its source" } else { "when told to" };
+        let mut rows = vec![("ended", ended.to_owned())];
+        rows.extend(self.map.as_ref().map(|map| ("map", map.display().to_string())));
+        rows.push(("posterior", posterior.clone()));
+        rows.push(("tiles", format!("{tiles_resident} {}, {tiles_archived} {}", places[0], places[1])));
+        rows.extend(self.updates().map(|updates| ("updates", updates)));
+        rows.extend(self.last_fault.as_ref().map(|fault| ("last fault", fault.clone())));
+        table(&rows) + "\n" + &table(&self.counter_rows())
+    }
+
+    pub(crate) fn counter_rows(&self) -> Vec<(&str, String)> {
+        self.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect()
+    }
+
     /// How long updates took, for people; `None` if there was none.
     pub(crate) fn updates(&self) -> Option<String> {
         let slowest = format!("slowest {:.2} ms", self.slowest_update_ms?);

@@ -136,56 +136,45 @@ impl RunReport {
 
     fn rows(&self) -> Vec<(&'static str, String)> {
         let Self { processes, source, onboard, watch, .. } = self;
-        let count = |name| onboard.count(name);
+        // A device counts each time that it said where it stands, were it to a host that asked again.
+        let by_firmware = self.firmware.is_some();
+        let (maker, published) = if by_firmware { ("bridge", "bridge_posteriors") } else { ("onboard", "published") };
+        let emulated = processes.firmware.map_or(String::new(), |id| format!(", emulated microcontroller {id}"));
+        let [published, received, integrated, lost] =
+            [published, "received", "integrated", "lost"].map(|name| onboard.count(name));
+        let [evicted, restored, tiles_lost] =
+            ["tiles_evicted", "tiles_restored", "tiles_lost"].map(|name| onboard.count(name));
         let real_time = self.times_real_time.map_or(String::new(), |times| format!(", {times:.1} x real time"));
         let rejected: u64 =
             onboard.counters.iter().filter(|(name, _)| name.starts_with("rejected_")).map(|(_, count)| count).sum();
         let mut rows = vec![
             (
                 "processes",
-                match processes.firmware {
-                    None => {
-                        format!(
-                            "source {}, onboard {}, consumer {}",
-                            processes.source, processes.onboard, processes.watch
-                        )
-                    }
-                    Some(firmware) => format!(
-                        "source {}, bridge {}, consumer {}, emulated microcontroller {firmware}",
-                        processes.source, processes.onboard, processes.watch
-                    ),
-                },
+                format!(
+                    "source {}, {maker} {}, consumer {}{emulated}",
+                    processes.source, processes.onboard, processes.watch
+                ),
             ),
             (
                 "scans",
                 format!(
-                    "{} sent, {} received, {} integrated, {rejected} rejected, {} lost",
-                    source.scans,
-                    count("received"),
-                    count("integrated"),
-                    count("lost")
+                    "{} sent, {received} received, {integrated} integrated, {rejected} rejected, {lost} lost",
+                    source.scans
                 ),
             ),
             (
                 "posteriors",
                 format!(
-                    "{} published (the empty map first), {} read, {} skipped by the consumer",
-                    // A device counts each time that it said where it stands, were it to a host that asked again.
-                    count(if self.firmware.is_some() { "bridge_posteriors" } else { "published" }),
-                    watch.posteriors,
-                    watch.skipped
+                    "{published} published (the empty map first), {} read, {} skipped by the consumer",
+                    watch.posteriors, watch.skipped
                 ),
             ),
             ("speed", format!("{:.1} scans/s{real_time}", self.scans_per_s)),
             (
                 "tiles",
                 format!(
-                    "{} in the store, {} in the archive; {} evicted, {} restored, {} lost",
-                    onboard.tiles_resident,
-                    onboard.tiles_archived,
-                    count("tiles_evicted"),
-                    count("tiles_restored"),
-                    count("tiles_lost")
+                    "{} in the store, {} in the archive; {evicted} evicted, {restored} restored, {tiles_lost} lost",
+                    onboard.tiles_resident, onboard.tiles_archived
                 ),
             ),
             ("posterior", self.posterior.summary()),
@@ -207,8 +196,6 @@ impl RunReport {
             let lines = rows.iter().map(|(name, value)| format!("| {name} | {value} |\n"));
             "| | |\n|---|---|\n".to_owned() + &lines.collect::<String>()
         };
-        let counters: Vec<_> =
-            self.onboard.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
         let how = if self.firmware.is_some() {
             "Four processes: a source of scans, an emulated microcontroller whose firmware maps them, a bridge between its\n\
              serial line and shared memory, and a consumer that reads every posterior where it lies there. Both pictures are\n\
@@ -229,7 +216,7 @@ impl RunReport {
             self.title,
             cells(&self.rows()),
             toml::to_string(&self.options)?,
-            cells(&counters),
+            cells(&self.onboard.counter_rows()),
         ))
     }
 }

@@ -5,15 +5,16 @@ use std::{
     time::{Duration, Instant},
 };
 
+use bhm_core::scan::Scan;
 use bhm_host::{
     ScanRecord,
-    ipc::{self, Domain, PacedSource, Place, ScanSource},
+    ipc::{self, Domain, IpcError, PacedSource, Place, ScanSource},
 };
 use clap::Args;
 
 use super::json_lines::{Beginning, Sent, SourceLine};
 use crate::{
-    options::PoseDeviations,
+    options::{PoseDeviations, number},
     output::{Output, Usage},
 };
 
@@ -57,7 +58,8 @@ pub(crate) struct Sending {
     #[arg(long)]
     live: bool,
     /// Send so many scans per second at most [default: with --live as stamped, else as fast as the mapper takes them]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ",
+        value_parser = number(|hz| (1e-3..=1e6).contains(hz), "a number of scans per second, 0.001 to 1000000"))]
     rate: Option<f64>,
 }
 
@@ -83,12 +85,24 @@ impl Sending {
             poses.apply(&mut scan);
             scan
         });
-        let scans = scans.peekable();
+        let mut scans = scans.peekable();
+        let first_ns = scans.peek().map_or(0, |scan| scan.header.stamp_ns);
+        let start;
         let sent = if self.live {
-            self.send_live(scans, &mut ScanSource::open(&participant)?, stop)?
+            let mut source = ScanSource::open(&participant)?;
+            start = Instant::now();
+            let stamped = |scan: &ScanRecord| Duration::from_nanos(scan.header.stamp_ns.saturating_sub(first_ns));
+            self.send(scans, start, stop, stamped, |scan, place| source.publish(scan, place).map(|_| true))?
         } else {
-            self.send_paced(scans, &mut PacedSource::open(&participant)?, stop)?
+            let mut source = PacedSource::open(&participant)?;
+            start = Instant::now();
+            let at_once = |_: &ScanRecord| Duration::ZERO;
+            let send = |scan: &Scan<'_>, place| Ok(source.send(scan, place, stop)? == ipc::Sent::Yes);
+            let sent = self.send(scans, start, stop, at_once, send)?;
+            let complete = sent.complete && source.finish(stop)? == ipc::Sent::Yes;
+            Sent { complete, sent_again: source.sent_again(), ..sent }
         };
+        let sent = Sent { seconds: start.elapsed().as_secs_f64(), ..sent };
         output.result(&SourceLine::Sent(sent.clone()), || {
             let Sent { scans, sent_again, seconds, complete } = sent;
             let stopped = if complete { "" } else { ", then stopped" };
@@ -96,51 +110,26 @@ impl Sending {
         })
     }
 
-    fn send_live(
+    /// Sends scan by scan, each when it is due after `start`: by the rate, if one is given. Ends before a scan that `send` says
+    /// was not taken.
+    fn send(
         &self,
         mut scans: Peekable<impl Iterator<Item = ScanRecord>>,
-        source: &mut ScanSource,
+        start: Instant,
         stop: &AtomicBool,
+        due: impl Fn(&ScanRecord) -> Duration,
+        mut send: impl FnMut(&Scan<'_>, Place) -> Result<bool, IpcError>,
     ) -> anyhow::Result<Sent> {
-        let mut sent = Sent::default();
-        let start = Instant::now();
-        let first_ns = scans.peek().map_or(0, |scan| scan.header.stamp_ns);
-        while let Some(scan) = scans.next() {
-            let due =
-                self.due(sent.scans).unwrap_or(Duration::from_nanos(scan.header.stamp_ns.saturating_sub(first_ns)));
-            if !sleep_until(start + due, stop) {
-                return Ok(Sent { seconds: start.elapsed().as_secs_f64(), ..sent });
-            }
-            source.publish(&scan.as_scan(), place(&mut scans))?;
-            sent.scans += 1;
+        let mut sent = Sent { complete: true, ..Sent::default() };
+        while sent.complete
+            && let Some(scan) = scans.next()
+        {
+            let by_rate = |rate_hz| Duration::from_secs_f64(sent.scans as f64 / rate_hz);
+            let due = start + self.rate.map_or_else(|| due(&scan), by_rate);
+            sent.complete = sleep_until(due, stop) && send(&scan.as_scan(), place(&mut scans))?;
+            sent.scans += u64::from(sent.complete);
         }
-        Ok(Sent { complete: true, seconds: start.elapsed().as_secs_f64(), ..sent })
-    }
-
-    fn send_paced(
-        &self,
-        mut scans: Peekable<impl Iterator<Item = ScanRecord>>,
-        source: &mut PacedSource,
-        stop: &AtomicBool,
-    ) -> anyhow::Result<Sent> {
-        let mut sent = Sent::default();
-        let start = Instant::now();
-        let mut going = true;
-        while let Some(scan) = scans.next() {
-            let due = start + self.due(sent.scans).unwrap_or_default();
-            going = sleep_until(due, stop) && source.send(&scan.as_scan(), place(&mut scans), stop)? == ipc::Sent::Yes;
-            if !going {
-                break;
-            }
-            sent.scans += 1;
-        }
-        let complete = going && source.finish(stop)? == ipc::Sent::Yes;
-        Ok(Sent { complete, sent_again: source.sent_again(), seconds: start.elapsed().as_secs_f64(), ..sent })
-    }
-
-    /// When the scan after so many is due, counted from the first.
-    fn due(&self, sent: u64) -> Option<Duration> {
-        self.rate.map(|rate_hz| Duration::from_secs_f64(sent as f64 / rate_hz))
+        Ok(sent)
     }
 }
 
@@ -158,9 +147,4 @@ fn sleep_until(due: Instant, stop: &AtomicBool) -> bool {
         thread::sleep(left.min(NAP));
     }
     false
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate_hz = text.parse::<f64>().ok().filter(|rate_hz| (1e-3..=1e6).contains(rate_hz));
-    rate_hz.ok_or_else(|| "expected a number of scans per second, 0.001 to 1000000".to_owned())
 }

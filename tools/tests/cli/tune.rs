@@ -13,7 +13,8 @@ fn what_is_found_is_read_by_other_commands_and_scores_the_same_there() {
     let bench = Bench::new();
     bench.write("room.log", room());
     let common = "--fraction 0.2 --seed 3";
-    let arguments = "tune room.log -o tuned.toml --profile compact --try-prior-precision 1,0.01,100 --try-gap 0.2";
+    let arguments =
+        "tune room.log -o tuned.toml --profile compact --prior white --try-prior-precision 1,0.01,100 --try-gap 0.2";
     let tuned = bench.json(&format!("{arguments} {common}"));
 
     // A prior of 100 does not let a beam say anything, and one of 1 little.
@@ -112,7 +113,8 @@ fn what_cannot_be_used_is_listed_and_does_not_win() {
 fn the_objective_can_decide() {
     let bench = Bench::new();
     bench.write("room.log", room());
-    let tuned = bench.json("tune room.log -o t.toml --profile compact --by objective --try-prior-precision 0.01,100");
+    let tuned = bench
+        .json("tune room.log -o t.toml --profile compact --prior white --by objective --try-prior-precision 0.01,100");
     let objective = |candidate: &Value| scored(candidate, "objective_per_row").as_f64().unwrap();
     let candidates = tuned["candidates"].as_array().unwrap();
     let best = objective(&candidates[tuned["best"].as_u64().unwrap() as usize]);

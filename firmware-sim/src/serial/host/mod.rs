@@ -188,11 +188,6 @@ impl<const M: usize, const B: usize> HostEnd<M, B> {
         self.send(&ToDevice::Refresh(wanted)).unwrap_or_default()
     }
 
-    /// A request for everything the device has.
-    pub fn refresh_all(&mut self) -> &[u8] {
-        self.send(&ToDevice::Refresh(Wanted::All)).unwrap_or_default()
-    }
-
     /// Tells the device's present run to end; `None` as long as no device answered.
     pub fn finish(&mut self) -> Option<&[u8]> {
         let run = self.device()?.run;

@@ -157,10 +157,10 @@ fn a_pose_covariance_survives_the_way_whatever_it_says() {
 fn every_damage_to_a_scan_is_named() {
     type Damage = (fn(&mut ScanMessage), ScanMessageRejected);
     let damages: [Damage; 7] = [
-        (|m| m.magic += 1, ScanMessageRejected::Magic { found: ScanMessage::MAGIC + 1 }),
-        (|m| m.version = 1, ScanMessageRejected::Version { found: 1 }),
-        (|m| m.flags = 4, ScanMessageRejected::Flags { found: 4 }),
-        (|m| m.flags |= 1 << 31, ScanMessageRejected::Flags { found: 1 << 31 | 1 }),
+        (|m| m.magic += 1, LayoutError::Magic { what: "scan message", found: ScanMessage::MAGIC + 1 }.into()),
+        (|m| m.version = 1, LayoutError::Version { what: "scan message", found: 1, understood: 2 }.into()),
+        (|m| m.flags = 4, LayoutError::Flags { what: "scan message", found: 4 }.into()),
+        (|m| m.flags |= 1 << 31, LayoutError::Flags { what: "scan message", found: 1 << 31 | 1 }.into()),
         (|m| m.source = 0, ScanMessageRejected::Unnumbered),
         (|m| m.sequence = 0, ScanMessageRejected::Unnumbered),
         (|m| m.beams = MAX_BEAMS as u32 + 1, ScanMessageRejected::Beams { found: MAX_BEAMS as u32 + 1 }),
@@ -194,10 +194,10 @@ fn a_status_survives_the_way() {
 fn every_damage_to_a_status_is_named() {
     type Damage = (fn(&mut StatusMessage), StatusRejected);
     let damages: [Damage; 7] = [
-        (|m| m.magic = 0, StatusRejected::Magic { found: 0 }),
-        (|m| m.version = 0, StatusRejected::Version { found: 0 }),
-        (|m| m.flags = 6, StatusRejected::Flags { found: 6 }),
-        (|m| m.reserved = 1, StatusRejected::Flags { found: 1 }),
+        (|m| m.magic = 0, LayoutError::Magic { what: "status message", found: 0 }.into()),
+        (|m| m.version = 0, LayoutError::Version { what: "status message", found: 0, understood: 2 }.into()),
+        (|m| m.flags = 6, LayoutError::Flags { what: "status message", found: 6 }.into()),
+        (|m| m.reserved = 1, LayoutError::Flags { what: "status message", found: 1 }.into()),
         (|m| m.mapper = 0, StatusRejected::NoMapper),
         (|m| m.counters_len = MAX_COUNTERS as u32 + 1, StatusRejected::Counters { found: MAX_COUNTERS as u32 + 1 }),
         (|m| m.counters[1].name[0] = 0xff, StatusRejected::Name { index: 1 }),
@@ -213,7 +213,7 @@ fn every_damage_to_a_status_is_named() {
 pub(super) fn change_settings(header: &mut PosteriorHeader, change: impl FnOnce(&mut Settings)) {
     let mut settings = header.settings().expect("settings that were written");
     change(&mut settings);
-    let encoded = postcard::to_slice(&settings, &mut header.settings).expect("they fit");
+    let encoded = postcard::to_slice(&settings, &mut header.settings.0).expect("they fit");
     header.settings_bytes = encoded.len() as u32;
 }
 
@@ -268,9 +268,9 @@ fn every_damage_to_a_posterior_is_named() {
         change_settings(h, |settings| change(&mut settings.tile));
     }
     let damages: [Damage; 27] = [
-        (|h| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
-        (|h| h.version = 2, |e| matches!(e, No::Version { found: 2 })),
-        (|h| h.flags |= 8, |e| matches!(e, No::Flags { .. })),
+        (|h| h.magic ^= 1, |e| matches!(e, No::Layout(LayoutError::Magic { .. }))),
+        (|h| h.version = 2, |e| matches!(e, No::Layout(LayoutError::Version { found: 2, .. }))),
+        (|h| h.flags |= 8, |e| matches!(e, No::Layout(LayoutError::Flags { .. }))),
         (|h| h.supports_digest = 8, |e| matches!(e, No::SupportsMissing { digest: 8 })),
         (|h| h.mapper = 0, |e| matches!(e, No::Unnumbered)),
         (|h| h.sequence = 0, |e| matches!(e, No::Unnumbered)),
@@ -290,7 +290,7 @@ fn every_damage_to_a_posterior_is_named() {
         (|h| h.settings_bytes -= 1, |e| matches!(e, No::SettingsEncoding)),
         (|h| h.settings_bytes += 1, |e| matches!(e, No::SettingsEncoding)),
         // The kernel's place in its list stands behind origin and spacing.
-        (|h| h.settings[12] = 77, |e| matches!(e, No::SettingsEncoding)),
+        (|h| h.settings.0[12] = 77, |e| matches!(e, No::SettingsEncoding)),
         (|h| h.theta_rad = f32::NAN, |e| matches!(e, No::Pose)),
         (
             |h| change_settings(h, |s| s.origin_m[1] = f32::INFINITY),

@@ -30,8 +30,8 @@ fn every_damage_to_supports_is_named() {
     use SupportsRejected as No;
     type Damage = (fn(&mut SupportsHeader, &mut [SupportMessage]), fn(&SupportsRejected) -> bool);
     let damages: [Damage; 18] = [
-        (|h, _| h.magic ^= 1, |e| matches!(e, No::Magic { .. })),
-        (|h, _| h.version = 1, |e| matches!(e, No::Version { found: 1 })),
+        (|h, _| h.magic ^= 1, |e| matches!(e, No::Layout(LayoutError::Magic { .. }))),
+        (|h, _| h.version = 1, |e| matches!(e, No::Layout(LayoutError::Version { found: 1, .. }))),
         (|h, _| h.count += 1, |e| matches!(e, No::Count { .. })),
         (|h, _| h.count = u64::MAX, |e| matches!(e, No::Count { .. })),
         (|h, _| h.digest ^= 1, |e| matches!(e, No::Digest { .. })),

@@ -41,8 +41,6 @@ pub(super) const ENTRIES: &[Entry] = &[
     },
 ];
 
-/// `g = 0.6 h²` in `exp(−d²/g)`: the paper's 0.15 m² at its 0.5 m.
-const KERNEL_SHAPE: f64 = 0.6;
 /// Features below this are dropped.
 const LEAST_FEATURE: f64 = 1e-9;
 
@@ -115,21 +113,10 @@ impl DiagonalBhm {
         Ok(Self { lattice, how, mean, precision, work: Work::default() })
     }
 
-    fn features(&self, point_m: [f32; 2], mut visit: impl FnMut(usize, f64)) {
-        let shape_m2 = KERNEL_SHAPE * self.lattice.spacing_m.powi(2);
-        let reach_m = (-LEAST_FEATURE.ln() * shape_m2).sqrt();
-        self.lattice.around(point_m, reach_m, |support, squared_m2| {
-            let feature = (-squared_m2 / shape_m2).exp();
-            if feature >= LEAST_FEATURE {
-                visit(support, feature);
-            }
-        });
-    }
-
     /// Mean and variance of `wᵀφ`.
     fn moments(&self, point_m: [f32; 2]) -> [f64; 2] {
         let mut moments = [0.0; 2];
-        self.features(point_m, |support, feature| {
+        self.lattice.features(point_m, LEAST_FEATURE, |support, feature| {
             moments[0] += feature * self.mean[support];
             moments[1] += feature * feature / self.precision[support];
         });
@@ -143,7 +130,8 @@ impl DiagonalBhm {
         work.starts.push(0);
         work.labels.clear();
         for (point_m, occupied) in shown.points() {
-            self.features(point_m, |support, feature| work.features.push((support as u32, feature)));
+            self.lattice
+                .features(point_m, LEAST_FEATURE, |support, feature| work.features.push((support as u32, feature)));
             work.starts.push(work.features.len());
             work.labels.push(if occupied { 0.5 } else { -0.5 });
         }

@@ -4,16 +4,21 @@ use super::{Failed, Setup};
 
 /// Most points a lattice may have: what is kept for each is a few numbers.
 const MAX_POINTS: usize = 1 << 26;
+/// `g = 0.6 h²` in `exp(−d²/g)`, in Bayesian Hilbert maps: the paper's 0.15 m² at its 0.5 m.
+const KERNEL_SHAPE: f64 = 0.6;
 
-/// Where the points lie: at multiples of the spacing, the area covered with half a spacing to spare.
+/// Where the points lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lattice {
     pub(super) spacing_m: f64,
-    origin: [f64; 2],
-    shape: [usize; 2],
+    /// The first point, in spacings.
+    pub(super) origin: [f64; 2],
+    /// Points along x and y.
+    pub(super) shape: [usize; 2],
 }
 
 impl Lattice {
+    /// At multiples of the spacing, the area covered with half a spacing to spare.
     pub(super) fn over(setup: &Setup, spacing_m: f64) -> Result<Self, Failed> {
         let [min_m, max_m] = setup.area_m;
         if !(spacing_m > 0.0 && min_m.iter().chain(&max_m).all(|x| x.is_finite())) {
@@ -30,6 +35,17 @@ impl Lattice {
 
     pub(super) fn count(&self) -> usize {
         self.shape[0] * self.shape[1]
+    }
+
+    /// Visits the features `exp(−d²/g)`, `g = 0.6 h²`, of a place that are not below `least`, in rising order of their points.
+    pub(super) fn features(&self, point_m: [f32; 2], least: f64, mut visit: impl FnMut(usize, f64)) {
+        let shape_m2 = KERNEL_SHAPE * self.spacing_m.powi(2);
+        self.around(point_m, (-least.ln() * shape_m2).sqrt(), |point, squared_m2| {
+            let feature = (-squared_m2 / shape_m2).exp();
+            if feature >= least {
+                visit(point, feature);
+            }
+        });
     }
 
     /// Visits every lattice point no further than `reach_m` from a place along either axis: its number, and the square of its

@@ -4,6 +4,17 @@
 //! offers as `ENTRIES`; to add one, write its file and name it in the list at the end of this one. Those that need dense linear
 //! algebra are compiled with the feature `dense` alone; without it the list names them, and opening one says what is missing.
 
+/// How a method that needs dense linear algebra is opened; where that is not compiled in, opening one says so.
+macro_rules! dense {
+    ($open:expr) => {{
+        #[cfg(feature = "dense")]
+        let open: $crate::baselines::Open = $open;
+        #[cfg(not(feature = "dense"))]
+        let open = $crate::baselines::needs_dense;
+        open
+    }};
+}
+
 mod counting_grid;
 #[cfg(feature = "dense")]
 mod dense_algebra;
@@ -91,6 +102,9 @@ pub enum Size {
     Count(f32, &'static str),
 }
 
+/// Makes a baseline.
+pub type Open = fn(&Setup) -> Result<Box<dyn Baseline>, Failed>;
+
 /// One way of mapping, as it can be chosen.
 #[derive(Clone, Copy)]
 pub struct Entry {
@@ -103,7 +117,7 @@ pub struct Entry {
     /// What its size means, with the default.
     pub size: Size,
     /// Makes one.
-    pub open: fn(&Setup) -> Result<Box<dyn Baseline>, Failed>,
+    pub open: Open,
 }
 
 /// Everything there is, in the order in which tables list it.
@@ -111,7 +125,7 @@ pub fn all() -> impl Iterator<Item = &'static Entry> {
     FILES.iter().flat_map(|file| file.iter())
 }
 
-/// For the file of a method that is not compiled in.
+/// For a method that is not compiled in.
 #[cfg(not(feature = "dense"))]
 fn needs_dense(_: &Setup) -> Result<Box<dyn Baseline>, Failed> {
     Err(Failed("needs dense linear algebra: build with --features dense".to_owned()))

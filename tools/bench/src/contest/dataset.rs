@@ -154,6 +154,14 @@ impl Dataset {
     }
 }
 
+/// Points on the free part of a beam as a rule has them, with its gap if it has segments.
+pub(crate) fn as_points(rule: &AnyBeamRule) -> PointSamples {
+    match *rule {
+        AnyBeamRule::PointSamples(rule) => rule,
+        AnyBeamRule::LineSegments(rule) => PointSamples { gap_m: rule.gap_m, ..PointSamples::DEFAULT },
+    }
+}
+
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -169,10 +177,7 @@ impl Loaded {
     #[must_use]
     pub fn sampling(&self, seed: u64) -> Sampling {
         let settings = &self.dataset.profile.settings;
-        let (free_spacing_m, gap_m) = match settings.beam {
-            AnyBeamRule::PointSamples(rule) => (rule.free_spacing_m, rule.gap_m),
-            AnyBeamRule::LineSegments(rule) => (PointSamples::DEFAULT.free_spacing_m, rule.gap_m),
-        };
+        let PointSamples { free_spacing_m, gap_m, .. } = as_points(&settings.beam);
         Sampling { limits: settings.limits, free_spacing_m, gap_m, seed }
     }
 

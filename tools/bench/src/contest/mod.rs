@@ -18,12 +18,15 @@ mod table;
 mod unseen;
 
 pub use contestant::{Contestant, UnknownContestant};
+pub(crate) use dataset::as_points;
 pub use dataset::{Dataset, DatasetProblem, Loaded, Origin};
 pub use hold::{hold, load, rounds};
 pub use outcome::{Checkpoint, Ending, Outcome, Quantiles, UnseenScores};
 pub use results::{Results, ResultsError};
+pub(crate) use run::median;
 pub use run::{RunOptions, run, setup};
 pub use runner::{Contest, Progress, Round};
+pub(crate) use standings::grouped;
 pub use standings::{Standing, Standings, standings};
 pub use table::{rows, spread};
 pub use unseen::UnseenPlaces;

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// All that is kept of one contestant on one task.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Who, as `NAME:SIZE`, lengths as for a building.
     pub contestant: String,
@@ -54,10 +54,11 @@ pub struct Outcome {
 }
 
 /// How a contestant came to its end.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "ending")]
 pub enum Ending {
     /// Everything was learned.
+    #[default]
     Finished,
     /// The deadline came first; scored only on what it had seen, never ranked.
     Deadline,

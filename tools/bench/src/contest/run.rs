@@ -100,25 +100,13 @@ impl Outcome {
     fn before(contestant: &Contestant, round: &super::Round, options: &RunOptions) -> Self {
         Self {
             contestant: contestant.to_string(),
-            description: String::new(),
             dataset: round.loaded.dataset.name.clone(),
             held: round.held.clone(),
             seed: round.seed,
             task: round.digest.clone(),
             deadline_s: options.deadline_s,
             scans: round.task.training.len(),
-            learned: 0,
-            ending: Ending::Finished,
-            scores: None,
-            auc_over_scans: None,
-            nll_over_scans: None,
-            curve: Vec::new(),
-            unseen: None,
-            timing: Timing::default(),
-            growth: None,
-            update_ms: Vec::new(),
-            work: Vec::new(),
-            memory_bytes: 0,
+            ..Self::default()
         }
     }
 }
@@ -164,14 +152,16 @@ fn checkpoint(baseline: &mut dyn Baseline, test: &TestPoints, scan: u64, scans: 
     Some(Checkpoint { scans, auc: scores.auc, nll: scores.nll })
 }
 
+/// The value in the middle; of an even number the upper one.
+pub(crate) fn median(values: &[f32]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f32::total_cmp);
+    f64::from(sorted[sorted.len() / 2])
+}
+
 /// Median of the last quarter relative to that of the first; `None` for fewer than eight updates.
 fn growth(update_ms: &[f32]) -> Option<f64> {
     let quarter = update_ms.len() / 4;
-    let median = |part: &[f32]| {
-        let mut sorted = part.to_vec();
-        sorted.sort_unstable_by(f32::total_cmp);
-        f64::from(sorted[sorted.len() / 2])
-    };
     let first = (quarter >= 2).then(|| median(&update_ms[..quarter])).filter(|first| *first > 0.0)?;
     Some(median(&update_ms[update_ms.len() - quarter..]) / first)
 }

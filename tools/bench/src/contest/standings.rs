@@ -57,22 +57,9 @@ pub struct Standing {
 /// contestant called `reference`.
 #[must_use]
 pub fn standings(outcomes: &[Outcome], reference: &str) -> Vec<Standings> {
-    let mut groups: Vec<(&str, &str, Vec<&Outcome>)> = Vec::new();
-    for outcome in outcomes {
-        match groups.iter_mut().find(|(dataset, held, _)| *dataset == outcome.dataset && *held == outcome.held) {
-            Some((.., group)) => group.push(outcome),
-            None => groups.push((&outcome.dataset, &outcome.held, vec![outcome])),
-        }
-    }
-    let table = |(dataset, held, group): (&str, &str, Vec<&Outcome>)| {
-        let mut names: Vec<&str> = Vec::new();
-        for outcome in &group {
-            if !names.contains(&outcome.contestant.as_str()) {
-                names.push(&outcome.contestant);
-            }
-        }
-        let of = |name: &str| group.iter().copied().filter(|o| o.contestant == name).collect::<Vec<_>>();
-        let mut rows: Vec<Standing> = names.iter().map(|name| Standing::of(&of(name))).collect();
+    let table = |((dataset, held), group): ((&String, &String), Vec<&Outcome>)| {
+        let contestants = grouped(group, |outcome| &outcome.contestant);
+        let mut rows: Vec<Standing> = contestants.iter().map(|(_, outcomes)| Standing::of(outcomes)).collect();
         rank(&mut rows);
         let measure =
             rows.iter().find(|row| row.contestant == reference).map(|row| (row.update_ms[0], row.ranked_nll()));
@@ -82,9 +69,25 @@ pub fn standings(outcomes: &[Outcome], reference: &str) -> Vec<Standings> {
                 row.nll_ratio = row.ranked_nll().zip(nll).map(|(own, nll)| own / nll);
             }
         }
-        Standings { dataset: dataset.to_owned(), held: held.to_owned(), rows }
+        Standings { dataset: dataset.clone(), held: held.clone(), rows }
     };
-    groups.into_iter().map(table).collect()
+    grouped(outcomes, |outcome| (&outcome.dataset, &outcome.held)).into_iter().map(table).collect()
+}
+
+/// Outcomes of the same key together, in the order of the first of each.
+pub(crate) fn grouped<'o, K: PartialEq>(
+    outcomes: impl IntoIterator<Item = &'o Outcome>,
+    key: impl Fn(&'o Outcome) -> K,
+) -> Vec<(K, Vec<&'o Outcome>)> {
+    let mut groups: Vec<(K, Vec<&Outcome>)> = Vec::new();
+    for outcome in outcomes {
+        let key = key(outcome);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(outcome),
+            None => groups.push((key, vec![outcome])),
+        }
+    }
+    groups
 }
 
 fn rank(rows: &mut [Standing]) {
@@ -98,10 +101,10 @@ fn rank(rows: &mut [Standing]) {
 impl Standing {
     /// Of the outcomes of one contestant, one for each seed.
     fn of(outcomes: &[&Outcome]) -> Self {
-        let scores: Vec<_> = outcomes.iter().filter_map(|outcome| outcome.scores).collect();
-        let all =
-            |value: &dyn Fn(&Outcome) -> Option<f64>| outcomes.iter().filter_map(|o| value(o)).collect::<Vec<_>>();
-        let mean = |value: &dyn Fn(&Outcome) -> Option<f64>| Spread::of(&all(value)).map(|spread| spread.mean);
+        let spread = |value: &dyn Fn(&Outcome) -> Option<f64>| {
+            Spread::of(&outcomes.iter().filter_map(|o| value(o)).collect::<Vec<_>>())
+        };
+        let mean = |value: &dyn Fn(&Outcome) -> Option<f64>| spread(value).map(|spread| spread.mean);
         let pooled = |spread: &dyn Fn(&Outcome) -> Option<Spread>| {
             Spread::pooled(&outcomes.iter().filter_map(|o| spread(o)).collect::<Vec<_>>())
         };
@@ -113,8 +116,8 @@ impl Standing {
             contestant: first.map_or_else(String::new, |outcome| outcome.contestant.clone()),
             description: first.map_or_else(String::new, |outcome| outcome.description.clone()),
             stopped: outcomes.iter().find(|outcome| !outcome.finished()).map(|outcome| outcome.ending_in_words()),
-            auc: Spread::of(&scores.iter().filter_map(|scores| scores.auc).collect::<Vec<_>>()),
-            nll: Spread::of(&scores.iter().map(|scores| scores.nll).collect::<Vec<_>>()),
+            auc: spread(&|o| o.scores?.auc),
+            nll: spread(&|o| Some(o.scores?.nll)),
             brier: mean(&|o| Some(o.scores?.brier)),
             ece: mean(&|o| Some(o.scores?.ece)),
             auc_over_scans: pooled(&|o| o.auc_over_scans),

@@ -24,19 +24,10 @@ impl Task {
         let origin_m = |at: u64| {
             scans.get(at as usize).map(|scan| [scan.header.map_from_sensor.x_m, scan.header.map_from_sensor.y_m])
         };
+        let beams = |(record, at)| TrainingScan::of_beams(at, record, sampling);
         let training = match split.training {
-            Training::Scans(records) => records
-                .into_iter()
-                .zip(split.positions)
-                .map(|(record, at)| TrainingScan::of_beams(at, record, sampling))
-                .collect(),
-            Training::Points(points) => points
-                .into_iter()
-                .map(|points| {
-                    let origin_m = origin_m(points.scan);
-                    TrainingScan::of_points(points, origin_m)
-                })
-                .collect(),
+            Training::Scans(records) => records.into_iter().zip(split.positions).map(beams).collect(),
+            Training::Points(points) => shown(points, origin_m),
         };
         Self { training, test: split.test, limits: sampling.limits }
     }
@@ -49,11 +40,7 @@ impl Task {
         limits: BeamLimits,
         origin_m: impl Fn(u64) -> Option<[f32; 2]>,
     ) -> Self {
-        let shown = |points: LabelledPoints| {
-            let origin_m = origin_m(points.scan);
-            TrainingScan::of_points(points, origin_m)
-        };
-        Self { training: training.into_iter().map(shown).collect(), test: TestPoints::of(test), limits }
+        Self { training: shown(training, origin_m), test: TestPoints::of(test), limits }
     }
 
     /// Least and greatest x and y of what is learned, with a metre around it; `None` if nothing is.
@@ -69,4 +56,10 @@ impl Task {
         }
         area.map(|[min, max]| [min.map(|x| x - MARGIN_M), max.map(|x| x + MARGIN_M)])
     }
+}
+
+/// Labelled points as they are shown, with where the sensor stood.
+fn shown(scans: Vec<LabelledPoints>, origin_m: impl Fn(u64) -> Option<[f32; 2]>) -> Vec<TrainingScan> {
+    let with_origin = scans.into_iter().map(|points| (origin_m(points.scan), points));
+    with_origin.map(|(origin_m, points)| TrainingScan::of_points(points, origin_m)).collect()
 }

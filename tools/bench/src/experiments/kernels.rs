@@ -1,12 +1,15 @@
 //! What one kernel brings over another at equal spacing, and what several on one lattice bring.
 
 use bhm_core::{
-    kernel::{CubicBSplineSettings, KernelSettings, SquaredExponentialSettings, TwoScalesSettings},
+    kernel::{CubicBSplineSettings, KernelSettings, TwoScalesSettings},
     settings::{Settings, SettingsError},
 };
 use serde::Serialize;
 
-use super::trial::{Columns, Table, Trial, Variant};
+use super::{
+    squared_exponential,
+    trial::{Columns, Table, Trial, Variant},
+};
 use crate::{evaluation::BeamSplit, text::Report};
 
 /// What a kernel is and costs.
@@ -42,10 +45,9 @@ pub fn compare(
         let name = shape_of(&kernel).map_or(kernel.name().to_owned(), |shape| format!("{} {shape}", kernel.name()));
         Variant::new(name, Settings { kernel, ..*base })
     };
-    let exponential = |shape| KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
     let two_scales = |shape| KernelSettings::TwoScales(TwoScalesSettings { shape });
     let mut variants = vec![with(KernelSettings::CubicBSpline(CubicBSplineSettings::DEFAULT))];
-    variants.extend(shapes.iter().map(|shape| with(exponential(*shape))));
+    variants.extend(shapes.iter().map(|shape| with(squared_exponential(*shape))));
     variants.extend(two_scales_shapes.iter().map(|shape| with(two_scales(*shape))));
     let mut refused = Vec::new();
     variants.retain(|variant| match variant.fitted().model() {

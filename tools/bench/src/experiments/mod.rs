@@ -11,6 +11,7 @@ pub mod segments;
 pub mod shapes;
 mod trial;
 
+use bhm_core::kernel::{KernelSettings, SquaredExponentialSettings};
 use bhm_host::ScanRecord;
 
 pub use self::trial::{Columns, NoColumns, Table, Trial, Variant};
@@ -27,4 +28,8 @@ pub fn split(scans: &[ScanRecord], seed: u64) -> anyhow::Result<BeamSplit> {
     let split = hold_out_beams(scans, FRACTION, seed);
     anyhow::ensure!(split.held > 0, "nothing to predict: no beam was held out");
     Ok(split)
+}
+
+fn squared_exponential(shape: f32) -> KernelSettings {
+    KernelSettings::SquaredExponential(SquaredExponentialSettings { shape })
 }

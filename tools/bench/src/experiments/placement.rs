@@ -5,19 +5,20 @@ use std::collections::BTreeSet;
 use anyhow::Context;
 use bhm_core::{
     geometry::Point,
-    kernel::{KernelSettings, SquaredExponentialSettings},
+    kernel::SquaredExponentialSettings,
     settings::Settings,
     support::{AnySupport, SupportTable},
 };
 use bhm_host::supports::observe;
 use serde::Serialize;
 
+use super::squared_exponential;
 use crate::{
     evaluation::BeamSplit,
     metrics::Scores,
     progress,
     scattered::{Cluster, ClusterOptions, Clusters, ScatteredSupport, learn_clusters, open_scattered},
-    text::{Report, columns},
+    text::{Report, columns, headed},
 };
 
 /// Placements that are tried beside a lattice over the box around all data and one over the cells that hold data.
@@ -59,8 +60,7 @@ impl Placement<'_> {
     /// If a contestant cannot learn all that it is shown.
     pub fn compare(&self, split: &BeamSplit, base: &Settings) -> anyhow::Result<Compared> {
         let given = self.given.as_ref();
-        let kernel = |shape| KernelSettings::SquaredExponential(SquaredExponentialSettings { shape });
-        let base = Settings { kernel: kernel(SquaredExponentialSettings::DEFAULT.shape), ..*base };
+        let base = Settings { kernel: squared_exponential(SquaredExponentialSettings::DEFAULT.shape), ..*base };
         let data = Data::of(split, &base)?;
         let counts = given.map_or_else(|| self.counts.to_vec(), |given| vec![given.clusters.len()]);
         let mut contestants = Vec::new();
@@ -88,7 +88,7 @@ impl Placement<'_> {
             }
             for shape in self.shapes {
                 // The lattice of the settings is not the map's; its spacing gives the kernel's shape its unit.
-                let settings = Settings { spacing_m: pitch_m, kernel: kernel(*shape), ..base };
+                let settings = Settings { spacing_m: pitch_m, kernel: squared_exponential(*shape), ..base };
                 let settings = settings.fitted(&SupportTable::EMPTY);
                 let kernel_shape_m2 = shape * pitch_m * pitch_m;
                 for (name, supports) in &placements {
@@ -195,8 +195,7 @@ impl Report for Compared {
     fn text(&self) -> String {
         let contestants = &self.0;
         let best = contestants.iter().map(|one| one.scores.nll).fold(f64::INFINITY, f64::min);
-        let head = ["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
+        let mut rows = headed(["", "supports", "g m2", "AUC", "NLL", "ECE", "rows", ""]);
         rows.extend(contestants.iter().map(|Contestant { name, supports, kernel_shape_m2, scores, rows }| {
             let [auc, nll, ece] = scores.cells();
             vec![

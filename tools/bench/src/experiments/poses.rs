@@ -14,7 +14,7 @@ use super::{Trial, Variant, split};
 use crate::{
     evaluation::{BeamSplit, Truth},
     metrics::{ScoreError, Scores},
-    text::{Report, columns},
+    text::{Report, columns, headed},
 };
 
 /// Noise that is tried.
@@ -115,7 +115,7 @@ impl Report for Compared {
         let contestants = &self.0;
         let head =
             ["position m", "heading rad", "", "beams AUC", "NLL", "ECE", "world AUC", "NLL", "ECE", "narrowed", "rows"];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
+        let mut rows = headed(head);
         rows.extend(contestants.iter().map(|Contestant { position_m, heading_rad, trial, world, .. }| {
             let narrowed = format!("{:.1} %", 100.0 * trial.narrowed as f64 / trial.observations.max(1) as f64);
             let mut cells = vec![position_m.to_string(), heading_rad.to_string(), trial.name.clone()];

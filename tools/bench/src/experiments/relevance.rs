@@ -1,13 +1,15 @@
 //! What learned relevance brings (Figs. 3c and 4b): supports of learned shape against isotropic ones of many sizes.
 
 use bhm_core::{
-    kernel::{KernelSettings, SquaredExponentialSettings},
     settings::Settings,
     support::{GaussianSettings, SupportSettings},
 };
 use bhm_host::supports::{RelevanceOptions, learn_relevance};
 
-use super::trial::{NoColumns, Table, Variant};
+use super::{
+    squared_exponential,
+    trial::{NoColumns, Table, Variant},
+};
 use crate::evaluation::BeamSplit;
 
 /// Learns and asks points, isotropic supports of these standard deviations in spacings, and learned ones, each with kernels of
@@ -18,10 +20,7 @@ use crate::evaluation::BeamSplit;
 pub fn compare(split: &BeamSplit, base: &Settings, shapes: &[f32], sizes: &[f32]) -> anyhow::Result<Table<NoColumns>> {
     let mut variants = Vec::new();
     for shape in shapes {
-        let points = Settings {
-            kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings { shape: *shape }),
-            ..*base
-        };
+        let points = Settings { kernel: squared_exponential(*shape), ..*base };
         variants.push(Variant::new(format!("g {shape}, points"), points));
         let isotropic = sizes.iter().map(|size| {
             let support = SupportSettings::GaussianSupport(GaussianSettings { size: *size });

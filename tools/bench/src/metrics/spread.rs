@@ -15,10 +15,8 @@ impl Spread {
     /// Of these values; `None` if there are none.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Self> {
-        let count = values.len();
-        let mean = (count > 0).then(|| values.iter().sum::<f64>() / count as f64)?;
-        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        Some(Self { mean, two_sigma: 2.0 * (squares / (count.max(2) - 1) as f64).sqrt(), count })
+        let one = |mean: &f64| Self { mean: *mean, two_sigma: 0.0, count: 1 };
+        Self::pooled(&values.iter().map(one).collect::<Vec<_>>())
     }
 
     /// Of all the values that these are of; `None` if there are none.

@@ -3,7 +3,10 @@
 use bhm_plot::chart::{Axis, Chart, Figure, Layout, Sample, Scale, Series};
 
 use super::{COARSE, FINE, SMALL_DENSE, page::Page};
-use crate::contest::{Checkpoint, Outcome};
+use crate::{
+    contest::{Checkpoint, Outcome, grouped, median},
+    text::headed,
+};
 
 /// Who is drawn: a figure tells eight apart.
 const DRAWN: [&str; 8] = [
@@ -20,64 +23,59 @@ const DRAWN: [&str; 8] = [
 /// Updates that a point of a curve of run times averages, as a share of the run.
 const TIME_POINTS: usize = 30;
 
-/// The curves of one figure: names, and points.
-type Curves = Vec<(String, Vec<Sample>)>;
-
 fn is_drawn(outcome: &Outcome) -> bool {
     DRAWN.iter().any(|name| outcome.contestant == *name || outcome.contestant.split(':').next() == Some(name))
 }
 
 /// Those drawn, of the first seed, with this held out, dataset by dataset.
 fn datasets<'a>(outcomes: &'a [Outcome], held: &str) -> Vec<(&'a str, Vec<&'a Outcome>)> {
-    let mut groups: Vec<(&str, Vec<&Outcome>)> = Vec::new();
     let first = outcomes.iter().map(|outcome| outcome.seed).min();
-    for outcome in outcomes.iter().filter(|o| o.held == held && Some(o.seed) == first && is_drawn(o)) {
-        match groups.iter_mut().find(|(dataset, _)| *dataset == outcome.dataset) {
-            Some((_, group)) => group.push(outcome),
-            None => groups.push((&outcome.dataset, vec![outcome])),
-        }
-    }
-    groups
+    let drawn = outcomes.iter().filter(|o| o.held == held && Some(o.seed) == first && is_drawn(o));
+    grouped(drawn, |outcome| outcome.dataset.as_str())
 }
 
-fn curves(group: &[&Outcome], points: impl Fn(&Outcome) -> Vec<Sample>) -> Curves {
-    group.iter().map(|outcome| (outcome.contestant.clone(), points(outcome))).filter(|(_, p)| !p.is_empty()).collect()
-}
-
-fn series(curves: &Curves) -> Vec<Series<'_>> {
-    curves.iter().map(|(name, points)| Series { name, points }).collect()
-}
-
-/// A chart for each dataset, with a curve for each contestant.
+/// One chart of a figure, with a curve for each contestant.
 struct Curve {
-    /// What its file's name begins with.
-    file: &'static str,
     title: &'static str,
-    chart: &'static str,
     x: Axis<'static>,
     y: Axis<'static>,
+    points: fn(&Outcome) -> Vec<Sample>,
 }
 
-impl Curve {
-    /// Draws it where there is anything to be drawn.
-    fn draw(
-        &self,
-        page: &mut Page,
-        outcomes: &[Outcome],
-        held: &str,
-        points: impl Fn(&Outcome) -> Vec<Sample>,
-    ) -> anyhow::Result<()> {
-        for (dataset, group) in datasets(outcomes, held) {
-            let curves = curves(&group, &points);
-            if curves.is_empty() {
-                continue;
-            }
-            let chart = Chart { title: self.chart, x: self.x, y: self.y, series: &series(&curves) };
-            let title = format!("Dataset {dataset}: {}", self.title);
-            page.chart(&format!("{}-{}.png", self.file, number(dataset)), &title, chart)?;
+/// Draws a figure for each dataset where there is anything for each of its charts; `file` begins the names of the files.
+fn draw(
+    page: &mut Page,
+    outcomes: &[Outcome],
+    held: &str,
+    [file, title]: [&str; 2],
+    charts: &[Curve],
+) -> anyhow::Result<()> {
+    for (dataset, group) in datasets(outcomes, held) {
+        let curves = |chart: &Curve| -> Vec<(String, Vec<Sample>)> {
+            let all = group.iter().map(|outcome| (outcome.contestant.clone(), (chart.points)(outcome)));
+            all.filter(|(_, points)| !points.is_empty()).collect()
+        };
+        let curves: Vec<_> = charts.iter().map(curves).collect();
+        if curves.iter().any(Vec::is_empty) {
+            continue;
         }
-        Ok(())
+        let series = curves.iter().map(|curves| curves.iter().map(|(name, points)| Series { name, points }).collect());
+        let series: Vec<Vec<Series<'_>>> = series.collect();
+        let charts = charts.iter().zip(&series);
+        let charts: Vec<_> = charts.map(|(&Curve { title, x, y, .. }, series)| Chart { title, x, y, series }).collect();
+        let title = &format!("Dataset {dataset}: {title}");
+        let figure = Figure { title, bars: "", layout: Layout::SideBySide, charts: &charts };
+        page.figure(&format!("{file}-{}.png", number(dataset)), &figure)?;
     }
+    Ok(())
+}
+
+fn linear(label: &'static str) -> Axis<'static> {
+    Axis { label, scale: Scale::Linear }
+}
+
+fn logarithmic(label: &'static str) -> Axis<'static> {
+    Axis { label, scale: Scale::Logarithmic }
 }
 
 fn sample(x: f64, y: f64) -> Sample {
@@ -91,31 +89,19 @@ pub(super) fn scores(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
         "On questions about scans seen so far (points held out, at most 4 000 of them at a time). A curve \
          that ends early was stopped by its deadline.\n",
     );
-    for (dataset, group) in datasets(outcomes, "points") {
-        let of = |value: fn(&Checkpoint) -> Option<f64>| {
-            curves(&group, |outcome| {
-                let points = outcome
-                    .curve
-                    .iter()
-                    .filter_map(|checkpoint| Some(sample(checkpoint.scans as f64, value(checkpoint)?)));
-                points.collect()
-            })
-        };
-        let (auc, nll) = (of(|checkpoint| checkpoint.auc), of(|checkpoint| Some(checkpoint.nll.max(1e-4))));
-        if auc.is_empty() || nll.is_empty() {
-            continue;
-        }
-        let x = Axis { label: "scans", scale: Scale::Linear };
-        let (auc_series, nll_series) = (series(&auc), series(&nll));
-        let charts = [
-            Chart { title: "AUC", x, y: Axis { label: "AUC", scale: Scale::Linear }, series: &auc_series },
-            Chart { title: "NLL", x, y: Axis { label: "NLL, nats", scale: Scale::Logarithmic }, series: &nll_series },
-        ];
-        let title = format!("Dataset {dataset}: scores against scans");
-        let figure = Figure { title: &title, bars: "", layout: Layout::SideBySide, charts: &charts };
-        page.figure(&format!("fig6-{}.png", number(dataset)), &figure)?;
-    }
-    Ok(())
+    let x = linear("scans");
+    let auc = |outcome: &Outcome| checkpoints(outcome, |checkpoint| checkpoint.auc);
+    let nll = |outcome: &Outcome| checkpoints(outcome, |checkpoint| Some(checkpoint.nll.max(1e-4)));
+    let charts = [
+        Curve { title: "AUC", x, y: linear("AUC"), points: auc },
+        Curve { title: "NLL", x, y: logarithmic("NLL, nats"), points: nll },
+    ];
+    draw(page, outcomes, "points", ["fig6", "scores against scans"], &charts)
+}
+
+fn checkpoints(outcome: &Outcome, value: fn(&Checkpoint) -> Option<f64>) -> Vec<Sample> {
+    let at = |checkpoint: &Checkpoint| Some(sample(checkpoint.scans as f64, value(checkpoint)?));
+    outcome.curve.iter().filter_map(at).collect()
 }
 
 /// Figure 8a: run time per update against scans.
@@ -126,25 +112,14 @@ pub(super) fn run_times(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result
          inducing points. Ours is flat because it depends on the tiles that a scan touches, and on nothing that was before; \
          VSDGPOM grows with the explored area until its inducing points are all placed.\n",
     );
-    let chart = Curve {
-        file: "fig8a",
-        title: "run time against scans",
-        chart: "time of an update",
-        x: Axis { label: "scans", scale: Scale::Linear },
-        y: Axis { label: "ms", scale: Scale::Logarithmic },
-    };
-    chart.draw(page, outcomes, "points", |outcome| {
+    let points = |outcome: &Outcome| {
         let window = outcome.scans.div_ceil(TIME_POINTS).max(1);
-        let middle = |part: &[f32]| {
-            let mut sorted = part.to_vec();
-            sorted.sort_unstable_by(f32::total_cmp);
-            f64::from(sorted[sorted.len() / 2])
-        };
-        let of = |(index, part): (usize, &[f32])| sample((index * window + part.len()) as f64, middle(part).max(1e-4));
+        let of = |(index, part): (usize, &[f32])| sample((index * window + part.len()) as f64, median(part).max(1e-4));
         outcome.update_ms.chunks(window).enumerate().map(of).collect()
-    })?;
-    let mut rows =
-        vec![["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"].map(str::to_owned).to_vec()];
+    };
+    let chart = Curve { title: "time of an update", x: linear("scans"), y: logarithmic("ms"), points };
+    draw(page, outcomes, "points", ["fig8a", "run time against scans"], &[chart])?;
+    let mut rows = headed(["dataset", "contestant", "first quarter ms", "last quarter ms", "growth"]);
     for (dataset, group) in datasets(outcomes, "points") {
         for outcome in group {
             let quarter = outcome.update_ms.len() / 4;
@@ -174,22 +149,18 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
          is not claimed. A value of one half says \"unknown\".\n",
     );
     let first = outcomes.iter().map(|outcome| outcome.seed).min();
-    let mut rows = vec![
-        [
-            "dataset",
-            "contestant",
-            "inside: 5 %",
-            "25 %",
-            "median",
-            "75 %",
-            "95 %",
-            "free ground: median",
-            "5 % to 95 %",
-            "NLL",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-    ];
+    let mut rows = headed([
+        "dataset",
+        "contestant",
+        "inside: 5 %",
+        "25 %",
+        "median",
+        "75 %",
+        "95 %",
+        "free ground: median",
+        "5 % to 95 %",
+        "NLL",
+    ]);
     for outcome in outcomes.iter().filter(|o| o.held == "beams" && Some(o.seed) == first) {
         let Some(unseen) = &outcome.unseen else { continue };
         let [low, .., high] = unseen.outside.at;
@@ -201,18 +172,14 @@ pub(super) fn unseen(page: &mut Page, outcomes: &[Outcome]) -> anyhow::Result<()
         rows.push(row);
     }
     page.table(&rows);
-    let chart = Curve {
-        file: "fig8b",
-        title: "inside unseen obstacles",
-        chart: "p(occupied) inside unseen obstacles",
-        x: Axis { label: "percent of the places", scale: Scale::Linear },
-        y: Axis { label: "p(occupied) at most", scale: Scale::Linear },
-    };
-    chart.draw(page, outcomes, "beams", |outcome| {
+    let points = |outcome: &Outcome| {
         let Some(unseen) = &outcome.unseen else { return Vec::new() };
         let at = [5.0, 25.0, 50.0, 75.0, 95.0];
         at.into_iter().zip(unseen.inside.at).map(|(percent, value)| sample(percent, value)).collect()
-    })
+    };
+    let title = "p(occupied) inside unseen obstacles";
+    let chart = Curve { title, x: linear("percent of the places"), y: linear("p(occupied) at most"), points };
+    draw(page, outcomes, "beams", ["fig8b", "inside unseen obstacles"], &[chart])
 }
 
 /// The number that a dataset's name begins with, for a file's name.

@@ -10,16 +10,14 @@ use crate::text::markdown;
 
 /// The one page of a report, in Markdown, and the pictures beside it.
 pub(super) struct Page {
-    folder: PathBuf,
+    pictures: PictureFolder,
     text: String,
-    pictures: Vec<PathBuf>,
 }
 
 impl Page {
     /// Makes the folder at once, before anything is measured in vain.
     pub(super) fn into(folder: &Path) -> anyhow::Result<Self> {
-        PictureFolder::into(folder)?;
-        Ok(Self { folder: folder.to_owned(), text: String::new(), pictures: Vec::new() })
+        Ok(Self { pictures: PictureFolder::into(folder)?, text: String::new() })
     }
 
     /// What the page is.
@@ -80,17 +78,15 @@ impl Page {
     }
 
     pub(super) fn canvas(&mut self, file: &str, title: &str, canvas: &Canvas) -> anyhow::Result<()> {
-        let mut written = PictureFolder::into(&self.folder)?;
-        written.canvas(file, canvas)?;
-        self.pictures.append(&mut written.files);
+        self.pictures.canvas(file, canvas)?;
         self.text(&format!("![{title}]({file})\n"));
         Ok(())
     }
 
     /// Writes it; the page, and its pictures.
-    pub(super) fn finish(self) -> anyhow::Result<(PathBuf, Vec<PathBuf>)> {
-        let mut written = PictureFolder::into(&self.folder)?;
-        written.text("report.md", &self.text)?;
-        Ok((self.folder.join("report.md"), self.pictures))
+    pub(super) fn finish(mut self) -> anyhow::Result<(PathBuf, Vec<PathBuf>)> {
+        self.pictures.text("report.md", &self.text)?;
+        let mut files = self.pictures.files;
+        Ok((files.pop().unwrap_or_default(), files))
     }
 }

@@ -9,6 +9,7 @@ use super::{COARSE, Extent, FRACTION, Reproduce, page::Page};
 use crate::{
     contest::{Contest, Contestant, Dataset, Results, RunOptions, hold, load, rounds},
     evaluation::Held,
+    text::headed,
 };
 
 const PASSES: [u32; 5] = [1, 2, 3, 5, 10];
@@ -22,7 +23,7 @@ pub(super) fn write(page: &mut Page, asked: &Reproduce, extent: &Extent, results
     let rules: [(&str, AnyRule); 2] =
         [("Gaussian variational", COMPACT.settings.rule), ("Jaakkola-Jordan", PAPER.settings.rule)];
     let Some(dataset) = asked.datasets(extent)?.pop() else { return Ok(()) };
-    let mut rows = vec![["dataset", "rule", "passes", "AUC", "NLL", "ECE", "median ms"].map(str::to_owned).to_vec()];
+    let mut rows = headed(["dataset", "rule", "passes", "AUC", "NLL", "ECE", "median ms"]);
     for (rule_name, rule) in rules {
         let variant = |passes: u32| {
             let mut variant: Dataset = dataset.clone();

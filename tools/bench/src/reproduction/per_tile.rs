@@ -16,6 +16,7 @@ use super::{COARSE, Extent, page::Page};
 use crate::{
     contest::Results,
     instructions::{self, PerTile},
+    text::headed,
 };
 
 /// The function whose calls are counted: one update, whoever the contestant.
@@ -85,7 +86,7 @@ fn report(page: &mut Page, dataset: &str, work: &[[f64; 2]], counts: &[f64]) -> 
     };
     let thousands = |quarters: [f64; 4]| quarters.map(|count| format!("{:.1}", count / 1e3));
     let percent = per_tile.drift().map(|drift| format!("{:+.2} %", 100.0 * drift));
-    let mut rows = vec![["thousands", "1st quarter", "2nd", "3rd", "4th", "4th to 1st"].map(str::to_owned).to_vec()];
+    let mut rows = headed(["thousands", "1st quarter", "2nd", "3rd", "4th", "4th to 1st"]);
     for (what, quarters, drift) in
         [("without what rows cost", per_tile.without_rows, &percent[1]), ("everything", per_tile.whole, &percent[0])]
     {

@@ -7,6 +7,7 @@ use crate::{
     baselines::Size,
     contest::{Contest, Contestant, Dataset, Loaded, Outcome, Results, Round, RunOptions, hold, load},
     evaluation::{Held, Sampling, Task, TrainingScan},
+    text::headed,
 };
 
 /// Scans of the building: few, since only the time of an update is wanted, and spread over the whole of it.
@@ -44,9 +45,7 @@ pub(super) fn write(page: &mut Page, extent: &Extent, seed: u64, results: &mut R
     let dataset = Dataset { every: EVERY, name: "building".to_owned(), ..Dataset::parse("building")? };
     let loaded = load(&[dataset], &[seed])?;
     let [(_, loaded)] = &loaded[..] else { return Ok(()) };
-    let mut rows = vec![
-        ["contestant", "M", "ms", "exponent in M", "N", "ms", "exponent in N", "theory"].map(str::to_owned).to_vec(),
-    ];
+    let mut rows = headed(["contestant", "M", "ms", "exponent in M", "N", "ms", "exponent in N", "theory"]);
     let steps = extent.scaling_steps;
     let mut measure = Measure { loaded, steps, seed, results };
     for (name, finest, theory) in MEASURED {

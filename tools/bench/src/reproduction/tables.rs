@@ -4,6 +4,7 @@ use super::{COARSE, FINE, page::Page};
 use crate::{
     contest::{self, Contestant, Outcome, Standing, Standings, standings},
     metrics::Spread,
+    text::headed,
 };
 
 /// What the paper's Table 2 says: mean and twice the standard deviation of AUC and NLL.
@@ -100,9 +101,7 @@ fn table_2(page: &mut Page, outcomes: &[Outcome]) {
     };
     let cell = |spread: Option<Spread>| spread.map_or("-".to_owned(), |spread| contest::spread(&spread));
     let paper = |[mean, two_sigma]: [f64; 2]| format!("{mean:.2} ± {two_sigma:.2}");
-    let mut rows = vec![
-        ["dataset", "system", "AUC, paper", "AUC, here", "NLL, paper", "NLL, here", ""].map(str::to_owned).to_vec(),
-    ];
+    let mut rows = headed(["dataset", "system", "AUC, paper", "AUC, here", "NLL, paper", "NLL, here", ""]);
     for Published { dataset, system, ours, auc, nll } in &PUBLISHED {
         let row = row_of(dataset, ours);
         rows.push(vec![

@@ -1,10 +1,7 @@
 //! From values to positions along an axis, and the ticks that say so.
 
 use super::{Axis, GREATEST, Scale};
-use crate::picture::{
-    step::{Tick, labelled_ticks},
-    text::{SMALL, width_px},
-};
+use crate::picture::step::{Tick, labelled_ticks};
 
 /// The share of an axis that stays blank at each end: a marker at the least value must not lie on the frame.
 const BLANK: f64 = 0.05;
@@ -174,19 +171,10 @@ fn label(value: f64) -> String {
     if (1e-3..1e5).contains(&rounded) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
-/// The extent of a label beside others.
-pub(super) fn label_width(label: &str) -> u32 {
-    width_px(SMALL, label)
-}
-
-/// The extent of a label above others.
-pub(super) fn label_height(_label: &str) -> u32 {
-    SMALL.character_size.height
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::text::label_width;
 
     fn labels(scale: Scale, range: [f64; 2], axis_px: u32) -> Vec<String> {
         Ruler::new(scale, range).ticks(axis_px, label_width).into_iter().map(|tick| tick.label).collect()

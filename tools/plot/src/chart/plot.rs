@@ -6,7 +6,7 @@ use embedded_graphics::{
 
 use super::{
     Chart, ChartError, Sample, Scale,
-    axis::{Ruler, label_height, label_width},
+    axis::Ruler,
     style::{Style, add_bar},
 };
 use crate::picture::{
@@ -15,7 +15,7 @@ use crate::picture::{
     colour::{BACKGROUND, INK, mix},
     path::Mask,
     step::Tick,
-    text::{SMALL, line, shortened},
+    text::{SMALL, label_height, label_width, line, shortened},
 };
 
 const AREA_PX: Size = Size::new(600, 400);

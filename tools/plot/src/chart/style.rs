@@ -2,7 +2,11 @@
 
 use embedded_graphics::{pixelcolor::Rgb888, primitives::Rectangle};
 
-use crate::picture::{Canvas, colour::BACKGROUND, path::Mask};
+use crate::picture::{
+    Canvas,
+    colour::BACKGROUND,
+    path::{Mask, stroke},
+};
 
 pub(super) const COUNT: usize = 8;
 
@@ -85,9 +89,7 @@ impl Style {
 
     /// A line and its markers, in continuous pixel coordinates, within `area`.
     pub(super) fn draw(self, canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]], marked: &[[f64; 2]]) {
-        let mut line = Mask::new(area);
-        line.add_line(points, LINE_RADIUS_PX);
-        line.paint(canvas, area, self.colour);
+        stroke(canvas, area, points, LINE_RADIUS_PX, self.colour);
         // The light edge tells markers of different series apart where they overlap.
         for (edge_px, colour) in [(1.5, BACKGROUND), (0.0, self.colour)] {
             let mut markers = Mask::new(area);

@@ -1,4 +1,4 @@
-//! The title above the map and the axes along it.
+//! The axes along a map.
 
 use embedded_graphics::{
     prelude::*,
@@ -11,20 +11,8 @@ use super::{
     colour::INK,
     frame::{Bounds, Frame},
     step::{Tick, labelled_ticks},
-    text::{self, LARGE, SMALL, line},
+    text::{self, SMALL, label_height, label_width, line},
 };
-
-/// The heading of the picture.
-pub(super) struct Title<'a>(pub(super) &'a str);
-
-impl Title<'_> {
-    /// With the gap below.
-    pub(super) const HEIGHT_PX: u32 = 26;
-
-    pub(super) fn draw(&self, canvas: &mut Canvas, at: Point, available_px: u32) {
-        line(canvas, LARGE, &text::shortened(LARGE, self.0, available_px), at, Alignment::Left);
-    }
-}
 
 const TICK_PX: u32 = 6;
 const LABEL_GAP_PX: u32 = 5;
@@ -40,9 +28,6 @@ pub(super) struct Axes {
 
 impl Axes {
     pub(super) fn new(bounds_m: &Bounds, map_px: Size) -> Self {
-        let label_width = |label: &str| text::width_px(SMALL, label);
-        // Labels above each other need no room for their width, only for their height.
-        let label_height = |_: &str| SMALL.character_size.height;
         let [min, max] = [bounds_m.min, bounds_m.max].map(|corner| corner.map(f64::from));
         Self {
             x: labelled_ticks(min[0], max[0], map_px.width, label_width),

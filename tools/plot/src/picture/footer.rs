@@ -204,7 +204,7 @@ impl<'a> ColourBar<'a> {
     pub(super) fn new(field: &'a Field) -> Self {
         let bar_px = text::width_px(SMALL, field.caption).max(Self::SHORTEST_PX);
         let [low, high] = field.range.map(f64::from);
-        Self { field, bar_px, ticks: labelled_ticks(low, high, bar_px, |label| text::width_px(SMALL, label)) }
+        Self { field, bar_px, ticks: labelled_ticks(low, high, bar_px, text::label_width) }
     }
 
     /// How far a label may reach beyond an end of the bar.

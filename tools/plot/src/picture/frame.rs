@@ -1,9 +1,10 @@
 //! Where the map is, on the plane and on the canvas.
 
 use embedded_graphics::{prelude::*, primitives::Rectangle};
+use serde::Serialize;
 
 /// An upright rectangle of the plane, in metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bounds {
     /// Its least x and y, in metres.
     pub min: [f32; 2],

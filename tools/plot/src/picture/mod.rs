@@ -36,9 +36,9 @@ mod tests;
 pub(crate) mod text;
 
 use bhm_core::geometry::Point as Position;
-use embedded_graphics::prelude::*;
+use embedded_graphics::{prelude::*, text::Alignment};
 
-use self::axes::{Axes, Title};
+use self::axes::Axes;
 pub use self::canvas::Canvas;
 pub use self::colour::{ColourMap, NOT_A_NUMBER, PATH};
 use self::footer::{ColourBar, Footer, NoValue, OverlayKey, PathKey, ScaleBar};
@@ -55,6 +55,8 @@ pub const SIDE_LIMITS_PX: (u32, u32) = (16, 8192);
 
 /// The blank border around everything.
 const MARGIN_PX: u32 = 20;
+/// The title, with the gap below.
+const TITLE_PX: u32 = 26;
 
 /// The blank space between the x axis and the footer.
 const FOOTER_GAP_PX: u32 = 14;
@@ -170,7 +172,7 @@ impl FieldPicture<'_> {
 
         let content_px = map_px.width.max(footer.width_px());
         let left = MARGIN_PX + axes.left_px();
-        let top = MARGIN_PX + Title::HEIGHT_PX + axes.above_px();
+        let top = MARGIN_PX + TITLE_PX + axes.above_px();
         let footer_top = top + map_px.height + axes.below_px() + FOOTER_GAP_PX;
         let size =
             Size::new(left + content_px + axes.right_px() + MARGIN_PX, footer_top + Footer::HEIGHT_PX + MARGIN_PX);
@@ -185,7 +187,8 @@ impl FieldPicture<'_> {
         let path_px: Vec<[f64; 2]> = self.path_m.iter().map(|&point| frame.pixel_of(point)).collect();
         path::draw(&mut canvas, &frame.area(), &path_px);
         axes.draw(&mut canvas, &frame);
-        Title(self.title).draw(&mut canvas, Point::new(left as i32, MARGIN_PX as i32), content_px);
+        let title = text::shortened(text::LARGE, self.title, content_px);
+        text::line(&mut canvas, text::LARGE, &title, Point::new(left as i32, MARGIN_PX as i32), Alignment::Left);
         footer.draw(&mut canvas, Point::new(left as i32, footer_top as i32), content_px);
         Ok(canvas)
     }

@@ -31,7 +31,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]]) {
 
 /// Everything within `radius_px` of the points and of the straight lines between them. Coverage is gathered before it
 /// is painted: where short segments overlap, their soft edges must not add up.
-fn stroke(canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]], radius_px: f64, colour: Rgb888) {
+pub(crate) fn stroke(canvas: &mut Canvas, area: &Rectangle, points: &[[f64; 2]], radius_px: f64, colour: Rgb888) {
     let mut mask = Mask::new(area);
     mask.add_line(points, radius_px);
     mask.paint(canvas, area, colour);

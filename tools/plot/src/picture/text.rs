@@ -37,3 +37,13 @@ pub(crate) fn shortened(font: &MonoFont<'_>, text: &str, available_px: u32) -> S
     let kept = (room_px / width_px(font, "x")) as usize;
     text.chars().take(kept).chain(ELLIPSIS.chars()).collect()
 }
+
+/// The extent of a label beside others.
+pub(crate) fn label_width(label: &str) -> u32 {
+    width_px(SMALL, label)
+}
+
+/// The extent of a label above others: these need no room for their width.
+pub(crate) fn label_height(_label: &str) -> u32 {
+    SMALL.character_size.height
+}

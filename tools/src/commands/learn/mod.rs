@@ -13,15 +13,10 @@ pub(crate) struct Learn {
     what: What,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum What {
-    Supports(supports::Supports),
-}
+subcommands! { enum What { Supports(supports::Supports) } }
 
 impl Learn {
     pub(crate) fn run(&self, output: &Output) -> anyhow::Result<()> {
-        match &self.what {
-            What::Supports(supports) => supports.run(output),
-        }
+        self.what.run(output)
     }
 }

@@ -39,7 +39,13 @@ pub(super) struct SearchAxes {
     /// Kernel shapes to try, for a kernel that has one (squared-exponential)
     #[arg(long, value_name = "LIST")]
     try_kernel_shape: Option<List>,
-    /// Prior precisions to try
+    /// Deviations of the matern prior to try
+    #[arg(long, value_name = "LIST")]
+    try_prior_deviation: Option<List>,
+    /// Ranges of the matern prior to try, metres
+    #[arg(long, value_name = "LIST")]
+    try_prior_range: Option<List>,
+    /// Precisions of the white prior to try
     #[arg(long, value_name = "LIST")]
     try_prior_precision: Option<List>,
     /// Free spacings to try, metres; not with --by objective
@@ -74,6 +80,8 @@ impl SearchAxes {
         for (number, list, factor) in [
             ("spacing", &self.try_spacing, SQRT_2),
             ("kernel-shape", &self.try_kernel_shape, SQRT_2),
+            ("prior-deviation", &self.try_prior_deviation, 2.0),
+            ("prior-range", &self.try_prior_range, 2.0),
             ("prior-precision", &self.try_prior_precision, 10.0),
             ("free-spacing", &self.try_free_spacing, SQRT_2),
             ("gap", &self.try_gap, SQRT_2),
@@ -81,10 +89,12 @@ impl SearchAxes {
             asked.extend(list.as_ref().map(|list| (number, list, factor)));
         }
         if asked.is_empty() {
-            if MapOption::named("kernel-shape").is_some_and(|shape| start.number(shape).is_ok()) {
-                asked.push(("kernel-shape", &List::Auto, SQRT_2));
-            }
-            asked.push(("prior-precision", &List::Auto, 10.0));
+            let own =
+                [("kernel-shape", SQRT_2), ("prior-deviation", 2.0), ("prior-range", 2.0), ("prior-precision", 10.0)];
+            let has = |name: &str| MapOption::named(name).is_some_and(|option| start.number(option).is_ok());
+            asked.extend(
+                own.into_iter().filter(|(name, _)| has(name)).map(|(name, factor)| (name, &List::Auto, factor)),
+            );
         }
         let (mut options, mut axes) = (Vec::new(), Vec::new());
         for (name, list, factor) in &asked {
@@ -143,7 +153,7 @@ mod tests {
             let (options, _) = SearchAxes::default().of(&start(kernel), By::Nll).unwrap();
             options.iter().map(|option| option.flag).collect()
         };
-        assert_eq!(flags(SPLINE), ["prior-precision"]);
+        assert_eq!(flags(SPLINE), ["prior-deviation", "prior-range"]);
         assert_eq!(flags(EXPONENTIAL), ["kernel-shape", "prior-precision"]);
     }
 

@@ -19,7 +19,7 @@ use self::{
     tuned::{Tested, Tuned},
 };
 use crate::{
-    options::{Effective, MapOptions},
+    options::{Effective, MapOptions, number},
     output::{Output, Usage},
 };
 
@@ -65,13 +65,15 @@ pub(crate) struct Tune {
     #[arg(long, default_value_t = NonZeroUsize::MIN, value_name = "N")]
     every: NonZeroUsize,
     /// The part of the beams that is the validation part, and again the test part; above 0 and below 0.5
-    #[arg(long, default_value_t = 0.1, value_parser = fraction, value_name = "PART")]
+    #[arg(long, default_value_t = 0.1, value_name = "PART",
+        value_parser = number(|part| *part > 0.0 && *part < 0.5, "a number above 0 and below 0.5"))]
     fraction: f64,
     /// Seed of what is held out and of where held-out beams are asked
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Most work that the winner may take, as a multiple of the start's: instructions estimated from tiles, rows and passes
-    #[arg(long, default_value_t = 1.5, value_parser = positive, value_name = "X")]
+    #[arg(long, default_value_t = 1.5, value_name = "X",
+        value_parser = number(|number| *number > 0.0 && number.is_finite(), "a positive number"))]
     max_cost: f64,
     #[command(flatten)]
     axes: SearchAxes,
@@ -155,14 +157,4 @@ fn test_part(options: &Effective, parts: &Parts, name: &str) -> anyhow::Result<T
         None => anyhow::ensure!(name == "start", "the {name} cannot be tested: {}", tuned::remark(&trial)),
     }
     Ok(trial)
-}
-
-fn fraction(text: &str) -> Result<f64, String> {
-    let fraction = text.parse::<f64>().ok().filter(|fraction| *fraction > 0.0 && *fraction < 0.5);
-    fraction.ok_or_else(|| "expected a number above 0 and below 0.5".to_owned())
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "expected a positive number".to_owned())
 }

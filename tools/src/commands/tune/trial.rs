@@ -63,7 +63,8 @@ impl Judged for Trial {
 impl Trial {
     /// Learns and answers with these options, or says why that cannot be.
     pub(super) fn run(options: Result<Effective, String>, by: By, split: &BeamSplit, name: String) -> Self {
-        Self { result: options.map_or_else(TrialResult::Refused, |options| learn(&options, split, name)), by }
+        let learned = options.map_err(TrialResult::Refused).and_then(|options| learn(&options, split, name));
+        Self { result: learned.map_or_else(|unscored| unscored, TrialResult::Scored), by }
     }
 
     pub(super) fn scored(&self) -> Option<&Scored> {
@@ -74,34 +75,27 @@ impl Trial {
     }
 }
 
-fn learn(options: &Effective, split: &BeamSplit, name: String) -> TrialResult {
+fn learn(options: &Effective, split: &BeamSplit, name: String) -> Result<Box<Scored>, TrialResult> {
     let BeamSplit { training: scans, test: points, held, .. } = split;
-    let mut map = match options.open() {
-        Ok(map) => map,
-        Err(error) => return TrialResult::Refused(error.to_string()),
-    };
+    let mut map = options.open().map_err(|error| TrialResult::Refused(error.to_string()))?;
     let mut learned = Learned::default();
     learned.learn_all(&mut *map, scans, name);
     learned.leave_out(*held);
     let Counters { rows, passes, tiles_failed, .. } = learned.counters;
     // The rows of an update that failed have no objective, and what it would have learned is missing.
     if tiles_failed > 0 {
-        return TrialResult::Failed(format!("{tiles_failed} updates of a tile failed"));
+        return Err(TrialResult::Failed(format!("{tiles_failed} updates of a tile failed")));
     }
     if rows == 0 {
-        return TrialResult::Failed("nothing could be learned".to_owned());
+        return Err(TrialResult::Failed("nothing could be learned".to_owned()));
     }
-    let scores = match points.score(|point_m| map.occupancy(point_m)) {
-        Ok(scores) => scores,
-        Err(error) => return TrialResult::Failed(error.to_string()),
-    };
-    let work = match cost::instructions(&options.profile.settings, rows, passes) {
-        Ok(work) => work,
-        Err(error) => return TrialResult::Refused(error.to_string()),
-    };
+    let scores = points.score(|point_m| map.occupancy(point_m));
+    let scores = scores.map_err(|error| TrialResult::Failed(error.to_string()))?;
+    let work = cost::instructions(&options.profile.settings, rows, passes);
+    let work = work.map_err(|error| TrialResult::Refused(error.to_string()))?;
     let (resident, archived) = map.tile_counts();
     let tiles = resident + archived;
-    TrialResult::Scored(Box::new(Scored {
+    Ok(Box::new(Scored {
         scores,
         objective_per_row: learned.objective / rows as f64,
         rows,

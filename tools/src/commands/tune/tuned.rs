@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use bhm_bench::{evaluation::Parts, search::Found};
+use bhm_bench::{
+    evaluation::Parts,
+    search::{Found, Tried},
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -12,7 +15,7 @@ use super::{
 };
 use crate::{
     options::MapOption,
-    output::{bytes, columns, table},
+    output::{bytes, columns, headed, table},
 };
 
 /// The test part, asked of the start and of the winner, unless they are the same.
@@ -74,14 +77,18 @@ pub(super) fn remark(trial: &Trial) -> String {
 }
 
 impl Tuned<'_> {
-    pub(super) fn summary(&self) -> Summary<'_> {
-        let candidate = |tried: &'_ bhm_bench::search::Tried<Trial>| {
-            self.numbers
+    pub(super) fn summary<'s>(&'s self) -> Summary<'s> {
+        let candidate = |tried: &'s Tried<Trial>| Candidate {
+            values: self
+                .numbers
                 .iter()
                 .zip(&tried.values)
-                .map(|(number, value)| (number.flag.to_owned(), short(*value)))
-                .collect()
+                .map(|(n, value)| (n.flag.to_owned(), short(*value)))
+                .collect(),
+            cost: tried.result.scored().and_then(|scored| self.cost(scored)),
+            result: &tried.result.result,
         };
+        let [beams_validation, beams_test, beams] = self.parts.beams();
         Summary {
             config: self.path,
             log: self.log_path,
@@ -91,19 +98,10 @@ impl Tuned<'_> {
             fraction: self.request.fraction,
             by: self.request.by,
             max_cost: self.request.max_cost,
-            beams: self.parts.beams()[2],
-            beams_validation: self.parts.beams()[0],
-            beams_test: self.parts.beams()[1],
-            candidates: self
-                .found
-                .tried
-                .iter()
-                .map(|tried| Candidate {
-                    values: candidate(tried),
-                    cost: tried.result.scored().and_then(|scored| self.cost(scored)),
-                    result: &tried.result.result,
-                })
-                .collect(),
+            beams,
+            beams_validation,
+            beams_test,
+            candidates: self.found.tried.iter().map(candidate).collect(),
             best: self.best,
             test_start: &self.test.start.result,
             test_best: &self.tested_best().result,
@@ -199,7 +197,7 @@ impl Tuned<'_> {
     }
 
     fn tests(&self) -> Vec<Vec<String>> {
-        let mut rows = vec![["", "NLL", "AUC", "ECE", "Brier", "ms/scan"].map(str::to_owned).to_vec()];
+        let mut rows = headed(["", "NLL", "AUC", "ECE", "Brier", "ms/scan"]);
         for (name, trial) in [("start", Some(&self.test.start)), ("best", self.test.best.as_ref())] {
             let Some(trial) = trial else { continue };
             let mut row = vec![name.to_owned()];

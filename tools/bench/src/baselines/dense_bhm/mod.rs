@@ -15,11 +15,6 @@ mod model;
 #[cfg(all(test, feature = "dense"))]
 mod tests;
 
-#[cfg(feature = "dense")]
-use model::open;
-
-#[cfg(not(feature = "dense"))]
-use super::needs_dense as open;
 use super::{Entry, Size};
 
 pub(super) const ENTRIES: &[Entry] = &[Entry {
@@ -27,5 +22,5 @@ pub(super) const ENTRIES: &[Entry] = &[Entry {
     summary: "the published Bayesian Hilbert map: one lattice, full covariance in f64, inverted at each pass",
     source: "Senanayake and Ramos 2018; features below 1e-12 are dropped, and spacing is widened to 6 000 supports at most",
     size: Size::Metres(0.5),
-    open,
+    open: dense!(model::open),
 }];

@@ -3,9 +3,10 @@ use faer::Mat;
 use super::super::{
     Baseline, Failed, Prediction, Setup,
     dense_algebra::{Cholesky, bytes},
+    lattice::Lattice,
     logistic::moderated,
 };
-use super::lattice::{Lattice, Row};
+use super::lattice::{self, Row};
 use crate::evaluation::TrainingScan;
 
 const PRIOR_VARIANCE: f64 = 1e4;
@@ -81,8 +82,8 @@ impl Belief {
 
 impl DenseBhm {
     fn new(setup: &Setup) -> Result<Self, Failed> {
-        let lattice = Lattice::over(setup)?;
-        Ok(Self { lattice, wanted_m: setup.size, belief: Belief::prior(lattice.supports()) })
+        let lattice = lattice::over(setup)?;
+        Ok(Self { lattice, wanted_m: setup.size, belief: Belief::prior(lattice.count()) })
     }
 }
 
@@ -98,7 +99,8 @@ impl Baseline for DenseBhm {
     }
 
     fn integrate(&mut self, shown: &TrainingScan) -> Result<(), Failed> {
-        let rows: Vec<_> = shown.points().map(|(point_m, occupied)| (self.lattice.row(point_m), occupied)).collect();
+        let rows: Vec<_> =
+            shown.points().map(|(point_m, occupied)| (lattice::row(&self.lattice, point_m), occupied)).collect();
         let rows: Vec<_> = rows.into_iter().filter(|(row, _)| !row.is_empty()).collect();
         if rows.is_empty() {
             return Ok(());
@@ -119,7 +121,7 @@ impl Baseline for DenseBhm {
 
     fn predict(&mut self, points_m: &[[f32; 2]]) -> Vec<Prediction> {
         let ask = |point_m: &[f32; 2]| {
-            let [mean, variance] = self.belief.moments(&self.lattice.row(*point_m));
+            let [mean, variance] = self.belief.moments(&lattice::row(&self.lattice, *point_m));
             Prediction { logit: moderated(mean, variance), variance: Some(variance) }
         };
         points_m.iter().map(ask).collect()

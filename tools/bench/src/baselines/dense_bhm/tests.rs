@@ -4,7 +4,11 @@ use bhm_oracle::{DensePosterior, Observation, Rule, XiStart};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{super::Setup, lattice::Lattice, model::open};
+use super::{
+    super::{Setup, lattice::Lattice},
+    lattice::{over, row},
+    model::open,
+};
 use crate::evaluation::TrainingScan;
 
 fn setup(extent_m: [f32; 2], size: f32) -> Setup {
@@ -15,11 +19,11 @@ fn setup(extent_m: [f32; 2], size: f32) -> Setup {
 /// Every feature, of the same nodes, with nothing left out.
 fn features(lattice: &Lattice, [x, y]: [f32; 2]) -> Vec<f64> {
     let [h, columns] = [lattice.spacing_m, lattice.shape[0] as f64];
-    (0..lattice.supports())
+    (0..lattice.count())
         .map(|i| {
             let [column, row] = [i as f64 % columns, (i as f64 / columns).floor()];
             let [dx, dy] =
-                [lattice.origin_m[0] + column * h - f64::from(x), lattice.origin_m[1] + row * h - f64::from(y)];
+                [(lattice.origin[0] + column) * h - f64::from(x), (lattice.origin[1] + row) * h - f64::from(y)];
             (-(dx * dx + dy * dy) / (0.6 * h * h)).exp()
         })
         .collect()
@@ -28,7 +32,7 @@ fn features(lattice: &Lattice, [x, y]: [f32; 2]) -> Vec<f64> {
 #[test]
 fn scans_are_learned_as_the_reference_learns_them() {
     let setup = setup([2.6, 1.9], 0.5);
-    let lattice = Lattice::over(&setup).unwrap();
+    let lattice = over(&setup).unwrap();
     assert_eq!(lattice.shape, [7, 5]);
     let mut baseline = open(&setup).unwrap();
     let mut reference = DensePosterior::prior(&[1e-4; 35]);
@@ -56,9 +60,9 @@ fn scans_are_learned_as_the_reference_learns_them() {
 
 #[test]
 fn rows_hold_every_feature_that_counts() {
-    let lattice = Lattice::over(&setup([12.0, 9.0], 0.4)).unwrap();
+    let lattice = over(&setup([12.0, 9.0], 0.4)).unwrap();
     for at_m in [[2.03, 5.51], [-1.0, 2.0], [11.1, 11.2], [-2.1, 4.0], [40.0, 4.0], [-40.0, 4.0]] {
-        let row = lattice.row(at_m);
+        let row = row(&lattice, at_m);
         let mut left = features(&lattice, at_m);
         for (i, phi) in &row {
             assert!((left[*i] - phi).abs() < 1e-12, "{at_m:?} {i}");
@@ -67,22 +71,22 @@ fn rows_hold_every_feature_that_counts() {
         assert!(left.iter().all(|phi| *phi < 1e-12), "{at_m:?}");
         assert!(row.windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
-    assert!(lattice.row([f32::NAN, 4.0]).is_empty());
+    assert!(row(&lattice, [f32::NAN, 4.0]).is_empty());
 }
 
 #[test]
 fn too_many_supports_are_made_fewer_and_that_is_said() {
     for extent_m in [[600.0, 300.0], [1e6, 0.0], [0.0, 0.0], [70.0, 70.0]] {
-        let lattice = Lattice::over(&setup(extent_m, 0.5)).unwrap();
-        assert!(lattice.supports() <= 6_000, "{lattice:?}");
+        let lattice = over(&setup(extent_m, 0.5)).unwrap();
+        assert!(lattice.count() <= 6_000, "{lattice:?}");
         // Not coarser than it need be, but for what rounding up to whole cells takes.
-        assert!(lattice.spacing_m == 0.5 || lattice.supports() > 5_600, "{lattice:?}");
+        assert!(lattice.spacing_m == 0.5 || lattice.count() > 5_600, "{lattice:?}");
     }
     let small = setup([4.0, 4.0], 0.5);
     assert!(!open(&small).unwrap().description().contains("widened"));
     let long = Setup { area_m: [[0.0, 0.0], [400.0, 0.0]], size: 0.04, ..small };
-    let lattice = Lattice::over(&long).unwrap();
+    let lattice = over(&long).unwrap();
     assert!(lattice.spacing_m > 0.04 && lattice.shape[1] == 1, "{lattice:?}");
-    assert!(Lattice::over(&Setup { size: 0.0, ..small }).is_err());
-    assert!(Lattice::over(&Setup { area_m: [[0.0, 0.0], [f32::INFINITY, 1.0]], ..small }).is_err());
+    assert!(over(&Setup { size: 0.0, ..small }).is_err());
+    assert!(over(&Setup { area_m: [[0.0, 0.0], [f32::INFINITY, 1.0]], ..small }).is_err());
 }

@@ -23,11 +23,6 @@ mod region;
 #[cfg(all(test, feature = "dense"))]
 mod tests;
 
-#[cfg(feature = "dense")]
-use model::open;
-
-#[cfg(not(feature = "dense"))]
-use super::needs_dense as open;
 use super::{Entry, Size};
 
 pub(super) const ENTRIES: &[Entry] = &[Entry {
@@ -36,5 +31,5 @@ pub(super) const ENTRIES: &[Entry] = &[Entry {
     source: "O'Callaghan and Ramos 2012, by Rasmussen and Williams 2006, algorithms 3.1 and 3.2; each square learns a sample of \
              its points, squared-exponential covariance",
     size: Size::Count(150.0, "points a region"),
-    open,
+    open: dense!(model::open),
 }];

@@ -21,8 +21,6 @@ use bhm_core::rule::sigmoid;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
-#[cfg(not(feature = "dense"))]
-use super::needs_dense;
 use super::{Baseline, Entry, Failed, Prediction, Setup, Size};
 use crate::evaluation::TrainingScan;
 
@@ -49,10 +47,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         source: "Ramos and Ott 2015; inducing points on a lattice over the area, since a stream has no sample of all its points; \
                  features below 1e-3 dropped; AdaGrad with averages instead of plain SGD",
         size: Size::Count(4000.0, "inducing points"),
-        #[cfg(feature = "dense")]
-        open: |setup| Ok(Box::new(HilbertMap::new(nystrom::Nystrom::new(setup)?, setup))),
-        #[cfg(not(feature = "dense"))]
-        open: needs_dense,
+        open: dense!(|setup| Ok(Box::new(HilbertMap::new(nystrom::Nystrom::new(setup)?, setup)))),
     },
 ];
 

@@ -29,11 +29,6 @@ mod posterior;
 #[cfg(all(test, feature = "dense"))]
 mod tests;
 
-#[cfg(feature = "dense")]
-use model::open;
-
-#[cfg(not(feature = "dense"))]
-use super::needs_dense as open;
 use super::{Entry, Size};
 
 pub(super) const ENTRIES: &[Entry] = &[Entry {
@@ -42,5 +37,5 @@ pub(super) const ENTRIES: &[Entry] = &[Entry {
     source: "Senanayake, O'Callaghan and Ramos 2017; Hensman, Matthews and Ghahramani 2015; logistic likelihood, fixed \
              hyperparameters, new points enter with a whole step",
     size: Size::Count(800.0, "inducing points"),
-    open,
+    open: dense!(model::open),
 }];

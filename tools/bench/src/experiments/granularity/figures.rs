@@ -13,7 +13,7 @@ const BARS: &str = "mean ± 2 sigma over seeds";
 /// A name and its points for each chart, AUC and NLL.
 type Line = (String, [Vec<Sample>; 2]);
 
-pub(super) fn draw(data: &Dataset, rows: &[Row], pictures: &mut PictureFolder<'_>) -> anyhow::Result<()> {
+pub(super) fn draw(data: &Dataset, rows: &[Row], pictures: &mut PictureFolder) -> anyhow::Result<()> {
     let Dataset { scene, shape_m2, coarse_m, .. } = data;
     let samples = Axis { label: "samples per rectangle", scale: Scale::Logarithmic };
     let title = format!("{scene}: rectangles {coarse_m} m apart, G = {shape_m2} m²");
@@ -61,7 +61,7 @@ fn against_samples(rows: &[Row], spacing_m: f32) -> [Line; 2] {
     lines
 }
 
-fn write(pictures: &mut PictureFolder<'_>, file: &str, title: &str, x: Axis<'_>, lines: &[Line]) -> anyhow::Result<()> {
+fn write(pictures: &mut PictureFolder, file: &str, title: &str, x: Axis<'_>, lines: &[Line]) -> anyhow::Result<()> {
     let series = |chart: usize| -> Vec<Series<'_>> {
         let all = lines.iter().map(|(name, points)| Series { name, points: &points[chart] });
         all.filter(|series| !series.points.is_empty()).collect()

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 
 use bhm_core::{
     beam::{AnyBeamRule, PointSamples},
-    kernel::{KernelSettings, SquaredExponentialSettings},
     profile::{OUTDOOR, PAPER},
     settings::Settings,
     support::SupportTable,
@@ -18,8 +17,8 @@ use bhm_plot::{folder::PictureFolder, picture::Bounds};
 
 pub use self::result::Compared;
 use self::{node_support::NodeSupport, result::Row};
-use super::split;
-use crate::evaluation::BeamSplit;
+use super::{split, squared_exponential};
+use crate::{contest::as_points, evaluation::BeamSplit};
 
 /// What is compared, and how often.
 #[derive(Clone, Debug)]
@@ -112,9 +111,7 @@ impl Granularity {
         for (spacing_m, support) in self.combinations(data) {
             let settings = Settings {
                 spacing_m,
-                kernel: KernelSettings::SquaredExponential(SquaredExponentialSettings {
-                    shape: data.shape_m2 / (spacing_m * spacing_m),
-                }),
+                kernel: squared_exponential(data.shape_m2 / (spacing_m * spacing_m)),
                 ..support.settings(&base)
             };
             let (row, map) = result::row(&splits, support, settings)?;
@@ -142,10 +139,7 @@ impl Granularity {
     /// What is the same for everybody.
     fn base(&self) -> Settings {
         let learning = if self.paper { PAPER.settings } else { OUTDOOR.settings };
-        let as_points = match OUTDOOR.settings.beam {
-            AnyBeamRule::PointSamples(rule) => rule,
-            AnyBeamRule::LineSegments(rule) => PointSamples { gap_m: rule.gap_m, ..PointSamples::DEFAULT },
-        };
+        let as_points = as_points(&OUTDOOR.settings.beam);
         Settings {
             rule: learning.rule,
             passes: learning.passes,

@@ -16,7 +16,7 @@ use super::{
 use crate::{
     evaluation::BeamSplit,
     metrics::Spread,
-    text::{Report, columns},
+    text::{Report, columns, headed},
 };
 
 /// One seed's run.
@@ -83,17 +83,17 @@ fn usable(
     split: &BeamSplit,
     settings: &Settings,
 ) -> anyhow::Result<Result<Option<LearnedSupports>, SettingsError>> {
-    let with = |table: &SupportTable<'static, 2>| settings.fitted(table).model_with(table.clone()).err();
-    let learned = match with(&SupportTable::EMPTY) {
-        None => support.learned(split, settings)?,
-        Some(cut_off @ SettingsError::CutOff { .. }) => return Ok(Err(cut_off)),
-        Some(other) => return Err(other.into()),
+    let cut_off = |table: &SupportTable<'static, 2>| match settings.fitted(table).model_with(table.clone()) {
+        Ok(_) => Ok(None),
+        Err(cut_off @ SettingsError::CutOff { .. }) => Ok(Some(cut_off)),
+        Err(other) => Err(other),
     };
-    match learned.as_ref().and_then(|learned| with(learned.table())) {
-        None => Ok(Ok(learned)),
-        Some(cut_off @ SettingsError::CutOff { .. }) => Ok(Err(cut_off)),
-        Some(other) => Err(other.into()),
+    if let Some(cut_off) = cut_off(&SupportTable::EMPTY)? {
+        return Ok(Err(cut_off));
     }
+    let learned = support.learned(split, settings)?;
+    let cut_off = learned.as_ref().map_or(Ok(None), |learned| cut_off(learned.table()))?;
+    Ok(cut_off.map_or(Ok(learned), Err))
 }
 
 /// Rectangles in closed form against points on one lattice, seed by seed.
@@ -166,7 +166,7 @@ impl Compared {
 impl Report for Compared {
     /// Each row, and rectangles against points; then the files.
     fn text(&self) -> String {
-        let mut table = vec![["spacing m", "supports", "AUC", "NLL", "ECE", "stencil", ""].map(str::to_owned).to_vec()];
+        let mut table = headed(["spacing m", "supports", "AUC", "NLL", "ECE", "stencil", ""]);
         for row in &self.rows {
             let mut cells = vec![row.spacing_m.to_string(), row.supports.clone()];
             let (Some(auc), Some(nll), Some(ece), Some(run)) = (row.auc, row.nll, row.ece, row.runs.first()) else {
@@ -181,8 +181,7 @@ impl Report for Compared {
             cells.extend([run.trial.stencil.to_string(), best.to_owned()]);
             table.push(cells);
         }
-        let head = ["spacing m", "kernel widths", "AUC gain", "NLL gain", "rectangles against points"];
-        let mut gains = vec![head.map(str::to_owned).to_vec()];
+        let mut gains = headed(["spacing m", "kernel widths", "AUC gain", "NLL gain", "rectangles against points"]);
         gains.extend(self.gains.iter().map(|gain| {
             let verdict = match (gain.auc.mean > 0.0, gain.nll.mean > 0.0) {
                 (true, true) => "better in both",

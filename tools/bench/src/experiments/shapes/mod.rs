@@ -40,13 +40,6 @@ pub struct Drawn {
     pictures: Vec<PathBuf>,
 }
 
-/// A kind of support, and how it is drawn.
-struct Subject {
-    file: &'static str,
-    legend: &'static str,
-    variant: Variant,
-}
-
 /// Learns, asks and draws each kind of support; the folder is made if need be.
 ///
 /// # Errors
@@ -65,26 +58,25 @@ pub fn compare(split: &BeamSplit, base: &Settings, folder: &Path) -> anyhow::Res
     let learned = learn_relevance(|| &split.training, &points, &RelevanceOptions::DEFAULT, String::new())?;
     let learned = learned.supports;
 
-    let subject = |file, legend, variant| Subject { file, legend, variant };
     let gaussians = Variant::new("learned Gaussians", points).with_supports(learned.clone());
     let subjects = [
-        subject("shapes-a-points.png", "points", Variant::new("points", points)),
-        subject("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
-        subject("shapes-c-rectangles.png", "rectangles of one spacing", Variant::new("rectangles", rectangles)),
+        ("shapes-a-points.png", "points", Variant::new("points", points)),
+        ("shapes-b-gaussians.png", "Gaussians at 1 sigma, else points", gaussians),
+        ("shapes-c-rectangles.png", "rectangles of one spacing", Variant::new("rectangles", rectangles)),
     ];
     let mut trials: Vec<Trial> = Vec::new();
     // The same part of the plane in all pictures: what the first map knows.
     let mut bounds_m = None;
-    for subject in subjects {
-        let (trial, map) = Trial::run(split, &subject.variant)?;
+    for (file, legend, variant) in subjects {
+        let (trial, map) = Trial::run(split, &variant)?;
         let bounds_m = match bounds_m {
             Some(bounds_m) => bounds_m,
             None => *bounds_m.insert(observed(&*map)?),
         };
-        let shapes = shapes(&map.model().basis.lattice, &bounds_m, &subject.variant);
-        let overlay = Overlay { legend: subject.legend, colour: COLOUR, shapes: &shapes };
-        let title = format!("{}, {} m apart", subject.variant.name, points.spacing_m);
-        pictures.map(subject.file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
+        let shapes = shapes(&map.model().basis.lattice, &bounds_m, &variant);
+        let overlay = Overlay { legend, colour: COLOUR, shapes: &shapes };
+        let title = format!("{}, {} m apart", variant.name, points.spacing_m);
+        pictures.map(file, &title, bounds_m, &[overlay], |at| map.occupancy(at))?;
         trials.push(trial);
     }
     let drawn = Drawn {
