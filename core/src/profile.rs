@@ -155,23 +155,23 @@ pub fn named(name: &str) -> Option<&'static Profile> {
 const UNSEEN_CUT_OFF: f32 = 1e-4;
 
 impl Settings {
-    /// Takes another kernel, the tile that fits its reach (see [`fitted`](Self::fitted)), and independent weights if the prior
-    /// is not defined for it.
+    /// Takes another kernel, and the prior and tile that fit it; see [`fitted`](Self::fitted).
     #[must_use]
     pub fn with_kernel(self, kernel: KernelSettings) -> Self {
-        Self { kernel, prior: self.prior.or_white(&kernel), ..self }.fitted(&SupportTable::EMPTY)
+        Self { kernel, ..self }.fitted(&SupportTable::EMPTY)
     }
 
-    /// Takes the narrowest tile whose stencil cuts off nothing that could be seen of the kernel averaged over each support,
+    /// Takes independent weights if the prior is not defined for the kernel, and the narrowest tile whose stencil cuts off nothing that could be seen of the kernel averaged over each support,
     /// and the widest if each does. A bounded area ([`TileSettings::count`]) keeps its tile.
     ///
     /// Whether what is cut off is acceptable at all, [`model_with`](Self::model_with) says.
     #[must_use]
     pub fn fitted(self, supports: &SupportTable<'_, 2>) -> Self {
+        let suited = Self { prior: self.prior.or_white(&self.kernel), ..self };
         if self.tile.count.is_some() {
-            return self;
+            return suited;
         }
-        let with = |tile: &Tile| Self { tile: *tile, ..self };
+        let with = |tile: &Tile| Self { tile: *tile, ..suited };
         let fits = |settings: &Self| settings.basis(supports.clone()).cut_off() <= UNSEEN_CUT_OFF;
         [SPLINE_TILE, WIDE_TILE].iter().map(with).find(fits).unwrap_or_else(|| with(&WIDEST_TILE))
     }

@@ -97,6 +97,10 @@ impl Effective {
             (None, _) => None,
         };
         let table = supports.as_ref().map_or(&SupportTable::EMPTY, |file| file.supports.table());
+        let (prior, kernel) = (settings.prior, settings.kernel);
+        if prior.or_white(&kernel) != prior {
+            return Err(format!("prior {}: it is not defined for the kernel {}", prior.name(), kernel.name()).into());
+        }
         if !document.tile_named {
             settings = settings.fitted(table);
         }

@@ -33,7 +33,14 @@ fn a_printed_configuration_means_the_same() {
         &["--profile=outdoor", "--rule=jaakkola-jordan", "--passes=1", "--no-return-free=5", "--max-range=30"],
         &["--pose-deviation=0.05", "--heading-deviation=0.01"],
         &["--spacing=0.1", "--kernel=squared-exponential", "--bias=on", "--gap=0", "--forgetting=0.99"],
-        &["--slots=3", "--range-limit=12.5", "--free-spacing=0.3", "--prior=white", "--prior-precision=1e-3", "--spacing=0.1"],
+        &[
+            "--slots=3",
+            "--range-limit=12.5",
+            "--free-spacing=0.3",
+            "--prior=white",
+            "--prior-precision=1e-3",
+            "--spacing=0.1",
+        ],
         &["--kernel=two-scales", "--kernel-shape=0.3", "--support=rectangle", "--support-samples=3"],
     ] {
         let expected = effective(arguments).unwrap();
@@ -114,6 +121,22 @@ fn a_choice_keeps_what_it_has_in_common_with_the_one_before() {
     // The paper's start of the rule is kept when the rule is named again.
     let paper = effective(&["--profile=paper", "--rule=jaakkola-jordan"]).unwrap().profile.settings;
     assert_eq!(paper, profile::PAPER.settings);
+}
+
+#[test]
+fn a_prior_of_splines_gives_way_to_another_kernel_and_is_refused_where_both_are_named() {
+    let prior = |arguments: &[&str]| effective(arguments).unwrap().profile.settings.prior.name();
+    assert_eq!(prior(&[]), "matern");
+    assert_eq!(prior(&["--kernel=squared-exponential"]), "white");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.toml");
+    fs::write(&path, "settings.kernel = 'two-scales'").unwrap();
+    assert_eq!(prior(&["--config", path.to_str().unwrap()]), "white");
+    let says = "prior matern: it is not defined for the kernel squared-exponential";
+    let both = ["--kernel=squared-exponential", "--prior=matern"];
+    assert_eq!(effective(&both).unwrap_err().to_string(), says);
+    fs::write(&path, "settings.kernel = 'squared-exponential'\nsettings.prior = 'matern'").unwrap();
+    assert!(effective(&["--config", path.to_str().unwrap()]).unwrap_err().to_string().ends_with(says));
 }
 
 #[test]

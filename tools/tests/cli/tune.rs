@@ -28,7 +28,8 @@ fn what_is_found_is_read_by_other_commands_and_scores_the_same_there() {
     assert_eq!(candidates[0]["cost"], 1.0);
 
     // The parts are counted, and the test part is the one that `evaluate` holds out.
-    for (options, outcome) in [("--profile compact", "test_start"), ("--config tuned.toml", "test_best")] {
+    for (options, outcome) in [("--profile compact --prior white", "test_start"), ("--config tuned.toml", "test_best")]
+    {
         let evaluated = bench.json(&format!("evaluate room.log {options} {common}"));
         for score in ["nll", "auc", "ece", "points", "tiles"] {
             assert_eq!(&evaluated[score], scored(&tuned[outcome], score), "{options}: {score}");

@@ -10,7 +10,7 @@ fn what_is_not_understood_is_code_2() {
         ("", "Usage: bhm"),
         ("fly", "unrecognized subcommand 'fly'"),
         ("build room.log", "--output <MAP>"),
-        ("build room.log -o m.bhm --profile tiny", "[possible values: indoor, compact, outdoor, paper]"),
+        ("build room.log -o m.bhm --profile tiny", "[possible values: indoor, fine, compact, outdoor, paper]"),
         ("build room.log -o m.bhm --rule newton", "[possible values: gaussian-variational, jaakkola-jordan]"),
         ("build room.log -o m.bhm --spacing wide", "invalid value 'wide' for '--spacing <M>'"),
         ("build room.log -o m.bhm --spacing=-1", "spacing is -1, expected 1 mm to 1 km"),
