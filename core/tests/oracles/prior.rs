@@ -117,6 +117,8 @@ fn neighbours_are_inferred_and_what_is_ranges_away_stays_unknown() {
             let variance = |map: &TestMap<M, B>| map.mapper().occupancy(&Point::from(at)).variance;
             variance(&map) / variance(&blind)
         };
+        let unobserved = map.mapper().view().unobserved_at(&[middle_m, middle_m].into());
+        assert_eq!(unobserved, blind.mapper().occupancy(&[middle_m, middle_m].into()));
         assert!(share([middle_m, middle_m]) < 0.05, "{}", share([middle_m, middle_m]));
         let beside = map.mapper().occupancy(&[middle_m + 2.2 * spacing_m, middle_m].into());
         assert!(beside.probability < 0.4 && beside.mean < -5.0, "a neighbour is believed to be free: {beside:?}");
