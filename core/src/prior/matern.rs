@@ -11,8 +11,9 @@ settings! {
     /// A Matérn field on the splines: neighbouring places are believed to be alike.
     ///
     /// A field `f` of energy `∫ (κ²f − Δf)² dx` is a Gaussian process with a Matérn covariance, of smoothness `2 − D/2` and range
-    /// `√8/κ` (Whittle 1954; Lindgren, Rue & Lindström 2011). Written on a cubic B-spline, the energy is a quadratic form of the
-    /// weights whose entries couple only splines that overlap: the band of the observations. With one-dimensional Gram matrices
+    /// `√8/κ` (Whittle 1954; Lindgren, Rue & Lindström 2011). By parts, the energy is `∫ κ⁴f² + 2κ²|∇f|² + ‖∇²f‖² dx` and what stands
+    /// at the edge, which is left out. Written on a cubic B-spline, it is a quadratic form of the weights whose entries couple only
+    /// splines that overlap: the band of the observations. With one-dimensional Gram matrices
     /// `M₀ = ∫ββᵀ`, `M₁ = ∫β′β′ᵀ`, `M₂ = ∫β″β″ᵀ` over the tile, in the plane
     ///
     /// ```text

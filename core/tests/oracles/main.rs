@@ -14,4 +14,5 @@ mod queries;
 mod readings;
 mod rectangles;
 mod settings;
+mod space;
 mod uncertain_pose;
