@@ -10,7 +10,7 @@ use bhm_core::{
     beam::{AnyBeamRule, BeamTally},
     kernel::KernelSettings,
     mapper::{IntegrateReport, Link, ObservationSlot, TouchedTile},
-    posterior::{RowState, Scratch},
+    posterior::{Posterior, RowState, Scratch},
     profile::{Capacities, Profile},
     scan::MAX_BEAMS,
     settings::Settings,
@@ -208,13 +208,14 @@ pub fn most_instructions(profile: &Profile) -> Option<u64> {
     Instructions::of(&profile.settings).map(|unit| Work::most(profile).instructions(&unit))
 }
 
-/// Bytes of a map's state: tiles, and what one scan is worked on in. The same on every machine: nothing of it is a pointer.
+/// Bytes of a map's state: tiles, the prior, and what one scan is worked on in. The same on every machine: nothing of it is a pointer.
 #[must_use]
 pub fn state_bytes<const M: usize, const B: usize>(profile: &Profile) -> usize {
     let Profile { settings, capacities: Capacities { tiles, observations, rows, touched }, .. } = *profile;
     let features = settings.stencil_nodes() * size_of::<f32>();
     let links = TILES_OF_AN_OBSERVATION as usize * size_of::<Link>();
     tiles * (size_of::<Tile<2, M, B>>() + size_of::<DirectoryEntry<2>>())
+        + size_of::<Posterior<M, B>>()
         + size_of::<Scratch<M, B>>()
         + observations * (size_of::<ObservationSlot<2>>() + features + links)
         + touched * size_of::<TouchedTile<2>>()
@@ -224,6 +225,13 @@ pub fn state_bytes<const M: usize, const B: usize>(profile: &Profile) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_state_is_what_a_static_takes() {
+        use bhm_core::profile::COMPACT;
+        let padding = size_of::<bhm_core::static_memory!(COMPACT)>() - state_bytes::<144, 40>(&COMPACT);
+        assert!(padding < 8, "{padding} bytes");
+    }
 
     #[test]
     fn what_was_left_out_tells_how_often_a_scan_was_read() {

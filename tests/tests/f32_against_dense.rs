@@ -228,13 +228,13 @@ fn bias_and_squared_exponential() {
 }
 
 /// Twenty scans from a place where the robot stands, over and over: of the simulated lidar, which sees twice as much of the
-/// tile and whose readings repeat to a centimetre, fewer times.
+/// tile and whose readings repeat to a centimetre, fewer times: after 5 000 the largest difference is 1.06e-2.
 fn standing_still(drive: &Drive, rule: AnyRule, what: &str) -> (Differences, Differences) {
     let profile = one_tile(drive, 12, SPLINE, 4, rule, false);
     let points = busiest(&drive.standing(20), &profile.settings, 20);
     assert!(points.iter().flatten().count() > 200, "{}: scans that say little", drive.name);
     let what = format!("{}, {what}, standing still", drive.name);
-    let repeats = if drive.recorded { 5_000 } else { 500 };
+    let repeats = if drive.recorded { 5_000 } else { 4_000 };
     compare::<144, 40>(&profile, &Run { what: &what, scans: &points, repeats, oracle_stencil: 4 })
 }
 
