@@ -1,15 +1,10 @@
 use nalgebra::SMatrix;
 
 use super::{
-    Kernel,
+    Kernel, node_by_node,
     quadrature::{HERMITE_7, LEGENDRE_2, LEGENDRE_5, mean},
 };
-use crate::{
-    define::settings,
-    geometry::Point,
-    lattice::{displaced, offsets},
-    settings::SettingsError,
-};
+use crate::{define::settings, geometry::Point, lattice::offsets, settings::SettingsError};
 
 settings! {
     /// Settings of a [`CubicBSpline`]: none, since its width is the spacing.
@@ -108,25 +103,6 @@ fn beta_slope(t: f32) -> f32 {
     } else {
         0.0
     }
-}
-
-/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` over one cell, of the splines at the node before it, the two at its ends and the one behind it, for k = 0, 1
-/// and 2: whole numbers, and what all of them are divided by.
-const CELL_GRAMS: [([[i32; 4]; 4], i32); 3] = [
-    ([[20, 129, 60, 1], [129, 1188, 933, 60], [60, 933, 1188, 129], [1, 60, 129, 20]], 2240),
-    ([[18, 21, -36, -3], [21, 102, -87, -36], [-36, -87, 102, 21], [-3, -36, 21, 18]], 160),
-    ([[6, -9, 0, 3], [-9, 18, -9, 0], [0, -9, 18, -9], [3, 0, -9, 6]], 8),
-];
-
-/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` of the splines at two of `count` nodes in a row, for k = 0, 1 and 2, over the cells that are in reach of four
-/// nodes; in spacings.
-pub(crate) fn spline_gram(one: usize, other: usize, count: usize) -> [f32; 3] {
-    // Cell `c` lies between the nodes `c + 1` and `c + 2`, in reach of `c` to `c + 3`.
-    let cells = one.max(other).saturating_sub(3)..=one.min(other).min(count.saturating_sub(4));
-    CELL_GRAMS.map(|(gram, divisor)| {
-        let sum: i32 = cells.clone().map(|cell| gram[one - cell][other - cell]).sum();
-        sum as f32 / divisor as f32
-    })
 }
 
 /// Widest blur, in spacings along an axis, whose quadrature can be trusted; a wider one counts as wholly cut off.
@@ -273,10 +249,7 @@ impl<const D: usize> Kernel<D> for CubicBSpline<D> {
         values: &mut [[f32; L]],
     ) {
         if self.blur.is_some() || !matches!(width, 4 | 6 | 8) || values.len() != width.pow(D as u32) {
-            for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
-                *slots = from_first_m.map(|from_first| self.value(&displaced(&from_first, offset, spacing_m)));
-            }
-            return;
+            return node_by_node(self, from_first_m, spacing_m, width, values);
         }
         match width {
             4 => self.along_axes::<4, L>(from_first_m, spacing_m, values),

@@ -13,8 +13,8 @@ pub(crate) mod quadrature;
 mod squared_exponential;
 mod two_scales;
 
+pub(crate) use cubic_b_spline::beta;
 pub use cubic_b_spline::{CubicBSpline, CubicBSplineSettings};
-pub(crate) use cubic_b_spline::{beta, spline_gram};
 pub use quadrature::{Averaging, MAX_SAMPLES, sampled};
 pub use squared_exponential::{SquaredExponential, SquaredExponentialSettings};
 pub use two_scales::{TwoScales, TwoScalesSettings};
@@ -93,9 +93,7 @@ pub trait Kernel<const D: usize>: Copy {
         width: usize,
         values: &mut [[f32; L]],
     ) {
-        for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
-            *slots = from_first_m.map(|from_first_m| self.value(&displaced(&from_first_m, offset, spacing_m)));
-        }
+        node_by_node(self, from_first_m, spacing_m, width, values);
     }
 
     /// The kernel convolved with `N(0, C)`, `C` in m², positive semidefinite: `E[k(d + e)]`, `e ~ N(0, C)`.
@@ -129,6 +127,20 @@ pub trait Kernel<const D: usize>: Copy {
     /// The largest value the kernel takes at a distance of `reach_m` along one axis, whatever the others are: what is cut
     /// off by a stencil that ends there. Zero for a kernel that ends inside its stencil.
     fn cut_off(&self, reach_m: f32) -> f32;
+}
+
+/// [`Kernel::over_lattice`] without what a kernel may know better.
+#[inline]
+fn node_by_node<const D: usize, const L: usize>(
+    kernel: &impl Kernel<D>,
+    from_first_m: &[Point<D>; L],
+    spacing_m: f32,
+    width: usize,
+    values: &mut [[f32; L]],
+) {
+    for (slots, offset) in values.iter_mut().zip(offsets([width; D])) {
+        *slots = from_first_m.map(|from_first_m| kernel.value(&displaced(&from_first_m, offset, spacing_m)));
+    }
 }
 
 /// g = 0.6 h²: the paper's 0.15 m² at its 0.5 m.

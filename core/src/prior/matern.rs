@@ -1,7 +1,7 @@
 use super::WeightPrior;
 use crate::{
     define::settings,
-    kernel::{KernelSettings, spline_gram},
+    kernel::{KernelSettings, beta},
     lattice::Window,
     posterior::{NotPositiveDefinite, Posterior, Scratch},
     settings::{SettingsError, number},
@@ -25,7 +25,8 @@ settings! {
     MaternPrior {
         /// Standard deviation of the log-odds at a tile's middle: small makes the map cautious where data is dense.
         deviation: f32 = 30.0,
-        /// Distance over which the field is correlated, metres: at it the correlation is about 0.1.
+        /// Distance over which the field is correlated, metres: at it the correlation is about 0.1. Taken as no less than one
+        /// spacing and no more than 32.
         range_m: f32 = 1.5,
     }
 }
@@ -45,7 +46,26 @@ impl MaternPrior {
     }
 }
 
-/// Terms of the energy: the powers of `κ²`, and the factors before them.
+/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` over one cell, of the splines at the node before it, the two at its ends and the one behind it, for k = 0, 1
+/// and 2: whole numbers, and what all of them are divided by.
+const CELL_GRAMS: [([[i32; 4]; 4], i32); 3] = [
+    ([[20, 129, 60, 1], [129, 1188, 933, 60], [60, 933, 1188, 129], [1, 60, 129, 20]], 2240),
+    ([[18, 21, -36, -3], [21, 102, -87, -36], [-36, -87, 102, 21], [-3, -36, 21, 18]], 160),
+    ([[6, -9, 0, 3], [-9, 18, -9, 0], [0, -9, 18, -9], [3, 0, -9, 6]], 8),
+];
+
+/// `∫ β⁽ᵏ⁾β⁽ᵏ⁾/β(0)²` of the splines at two of `count` nodes in a row, for k = 0, 1 and 2, over the cells that are in reach of four
+/// nodes; in spacings.
+fn spline_gram(one: usize, other: usize, count: usize) -> [f32; 3] {
+    // Cell `c` lies between the nodes `c + 1` and `c + 2`, in reach of `c` to `c + 3`.
+    let cells = one.max(other).saturating_sub(3)..=one.min(other).min(count.saturating_sub(4));
+    CELL_GRAMS.map(|(gram, divisor)| {
+        let sum: i32 = cells.clone().map(|cell| gram[one - cell][other - cell]).sum();
+        sum as f32 / divisor as f32
+    })
+}
+
+/// Which of the three: how often both splines are differentiated.
 const MASS: usize = 0;
 const SLOPE: usize = 1;
 const CURVATURE: usize = 2;
@@ -97,7 +117,7 @@ impl WeightPrior for MaternPrior {
         // What the field is in the tile's middle.
         let middle = |weight: usize| -> f32 {
             let at: [usize; D] = node(weight);
-            (0..D).map(|axis| crate::kernel::beta(at[axis] as f32 - 0.5 * (width[axis] - 1) as f32)).product()
+            (0..D).map(|axis| beta(at[axis] as f32 - 0.5 * (width[axis] - 1) as f32)).product()
         };
         let mut variance = 0.0;
         for (i, row) in belief.covariance.iter().enumerate() {
