@@ -111,19 +111,23 @@ fn the_finer_the_splines_the_closer_the_map_is_to_a_gaussian_process() {
     let asked: Vec<[f64; 2]> = (0..200).map(|_| place()).collect();
     let exact = gaussian_process(&observed, &asked);
     let mut errors = Vec::new();
-    for spacing_m in [1.5, 0.9, 0.5, 0.36] {
+    for spacing_m in [1.5, 0.9, 0.5, 0.36, 0.3] {
         let found = splines(spacing_m, &observed, &asked);
-        let worst = |part: fn(&(f64, f64)) -> f64| {
-            found.iter().zip(&exact).map(|(a, b)| (part(a) - part(b)).abs()).fold(0.0_f64, f64::max)
+        let rms = |part: fn(&(f64, f64)) -> f64| {
+            let squares = found.iter().zip(&exact).map(|(a, b)| (part(a) - part(b)).powi(2));
+            (squares.sum::<f64>() / asked.len() as f64).sqrt()
         };
-        let (mean, deviation) = (worst(|moments| moments.0), worst(|moments| moments.1.sqrt()));
-        println!("{spacing_m:.2} m between supports: mean off by {mean:.4}, deviation by {deviation:.4}");
+        let (mean, deviation) = (rms(|moments| moments.0), rms(|moments| moments.1.sqrt()));
+        println!(
+            "{spacing_m:.2} m between supports: mean off by {mean:.4}, deviation by {deviation:.4} (root mean square)"
+        );
         errors.push((mean, deviation));
     }
     for pair in errors.windows(2) {
         assert!(pair[1].0 < pair[0].0 && pair[1].1 < pair[0].1, "{errors:?}");
     }
-    // The field has no derivative: splines come near it at about the rate of their spacing to the power of 3/2.
-    let (coarse, fine) = (errors[0], errors[3]);
-    assert!(fine.0 < coarse.0 / 6.0 && fine.1 < coarse.1 / 4.0, "{errors:?}");
+    // The field has no derivative: splines come near it at about the rate of their spacing to the power of 3/2. An energy without
+    // the slopes along one axis ends at 0.14 and 0.14, one that counts the mixed derivative once at 0.076 and 0.081.
+    let (mean, deviation) = errors[4];
+    assert!(mean < 0.065 && deviation < 0.115, "{errors:?}");
 }
